@@ -1,7 +1,6 @@
 """Areas of the nodes on faces of decks.
 
-They are compared with areas by hand and with the forces of a uniform pressure. Wear, tractions, and
-surfaces that give use them.
+They are compared with areas by hand and with the forces of a uniform pressure.
 """
 
 import numpy as np
@@ -13,7 +12,6 @@ from helpers.calculix import Block, deck, node_set, run
 from helpers.quadratic import arched, two_boxes
 
 GRID = [0.0, 0.2, 0.7, 1.0], [0.0, 0.5, 2.0]
-SHAKE = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
 
 
 def halves(line):
@@ -98,37 +96,6 @@ def test_a_curved_face_has_the_area_of_the_facets_through_its_corners(tmp_path):
         np.linalg.norm(model_system.points - point, axis=1).argmin() for point in job.points[nodes]
     ]
     assert job.areas(nodes) == pytest.approx(model_system.width[place], rel=1e-9)
-
-
-@pytest.mark.ccx
-def test_wear_and_tractions_of_a_deck_know_the_areas(bricks, tmp_path):
-    """By Archard's law a first small jump wears the volume k W / f, whatever the areas; tractions
-    are forces over areas."""
-    pairs = bricks.pairs("CU", "CL")
-    loads = {
-        "P": bricks.force("TOP", pressure=1.0),
-        "Q": bricks.force("CU", nodal=[0.06, 0.0, 0.0]),
-    }
-    arguments = (bricks.K, loads, pairs, [0.0, 0.0, 1.0], bricks.unknowns, bricks.points)
-    bare, system = fo.condense(*arguments), fo.condense(*arguments, width=bricks.areas(pairs[:, 1]))
-    cure = r"`condense\(..., width=job.areas\(pairs\[:, 1\]\)\)`"
-    with pytest.raises(fo.ModelError, match=f"width: not known, .*{cure}"):
-        fo.joints.wear(bare, SHAKE, 0.5, 1.0, coefficient=1e-6)
-    with pytest.raises(fo.ModelError, match=f"width: not known, .*{cure}"):
-        bare.with_contact_stiffness(normal=1.0)
-    steady = fo.steady_state(system, SHAKE, 0.5, 1.0, steps=2)
-    assert steady.outcome is fo.Outcome.CYCLIC_SLIP
-    worn = fo.joints.wear(system, SHAKE, 0.5, 1.0, coefficient=1e-9, cycles=1, steps=2)
-    assert (worn.depth[-1] * system.width).sum() == pytest.approx(
-        1e-9 * steady.dissipation / 0.5, rel=1e-4
-    )
-    forces = fo.steady_state(bare, SHAKE, 0.5, 1.0, steps=2).fretting_table()
-    table = steady.fretting_table()
-    assert "condense(..., width=job.areas(pairs[:, 1]))" in forces.attrs["note"]
-    assert "condense" not in table.attrs["note"]
-    assert table["work"].sum() == pytest.approx(steady.dissipation)
-    assert np.allclose(table["work_density"] * system.width, table["work"])
-    assert np.allclose(forces["p_mean"], table["pressure_mean"] * system.width, rtol=1e-9)
 
 
 def test_bad_faces_are_named(flat):

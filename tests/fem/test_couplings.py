@@ -9,11 +9,11 @@ import re
 
 import numpy as np
 import pytest
-from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
+from skfem import MeshHex, MeshQuad, MeshTri
 
 import frictopt as fo
 from helpers.cases import few
-from helpers.meshes import box, two_blocks
+from helpers.meshes import box
 from helpers.multipliers import Assembled
 
 ROTATIONS = {2: "z", 3: "xyz"}
@@ -146,25 +146,10 @@ def test_couplings_are_those_of_a_point_with_multipliers(d, kind, seed):
     assert system.compliance[0, 0] == pytest.approx(work, rel=1e-7)
 
 
-@pytest.mark.parametrize("kind", [MeshQuad, MeshTri, MeshHex, MeshTet])
-@pytest.mark.parametrize("quadratic", [False, True])
-def test_a_rigid_side_that_is_held_is_a_support(kind, quadratic):
-    d = 2 if kind in (MeshQuad, MeshTri) else 3
-    up = "xyz"[d - 1]
-    meshes = two_blocks((kind, kind), (2, 2), (2, 2)) if d == 3 else None
-    bodies = bodies_in(2) if meshes is None else {n: fo.fem.Body(m) for n, m in meshes.items()}
-    if quadratic:
-        bodies = {
-            name: fo.fem.Body(body.mesh, body.material, "quadratic")
-            for name, body in bodies.items()
-        }
-    loads = {"P": [fo.fem.Pressure("lower", "x-", 1.0)]}
-    held = fo.fem.RigidCoupling("upper", f"{up}+", "xyz"[:d], ROTATIONS[d])
-    mine = model(bodies, [held], loads).condense()
-    right = model(bodies, [fo.fem.Support("upper", f"{up}+")], loads).condense()
-    assert np.allclose(mine.S, right.S, rtol=0, atol=1e-9 * abs(right.S).max())
-    for one, other in zip(mine.bonded["P"], right.bonded["P"], strict=True):
-        assert np.allclose(one, other, atol=1e-9)
+def rings(bodies, supports, loads):
+    """An axisymmetric model whose lower body is held."""
+    held = [fo.fem.Support("lower", "y-"), *supports]
+    return fo.fem.ContactModel(bodies, held, loads, kinematics="axisymmetric")
 
 
 def test_forces_on_rings_of_an_axisymmetric_model_are_whole():
@@ -178,41 +163,20 @@ def test_forces_on_rings_of_an_axisymmetric_model_are_whole():
         "rings": [fo.fem.PointForce("upper", [(2.0, 1.0), (1.0, 1.0)], y=lambda x, y: -x)],
         "far": [fo.fem.RemoteForce("upper", "y+", y=-5.0)],
     }
-    one = fo.fem.ContactModel(
-        bodies, [fo.fem.Support("lower", "y-")], loads, kinematics="axisymmetric"
-    )
-    system = one.condense()
+    system = rings(bodies, [], loads).condense()
     assert [system.bonded[case][1].sum() for case in loads] == pytest.approx([3.0, 3.0, 5.0])
     assert [system.load_size[case] for case in loads] == pytest.approx([3.0, 3.0, 5.0])
     # A rigid ring does not grow.
-    together = [fo.fem.RigidCoupling("upper", "y+", "y")]
-    held = fo.fem.ContactModel(
-        bodies,
-        [fo.fem.Support("lower", "y-"), *together],
-        {"P": [fo.fem.Pressure("upper", "x+", 1.0)]},
-        kinematics="axisymmetric",
-    ).condense()
-    right = fo.fem.ContactModel(
-        bodies,
-        [fo.fem.Support("lower", "y-"), fo.fem.Support("upper", "y+")],
-        {"P": [fo.fem.Pressure("upper", "x+", 1.0)]},
-        kinematics="axisymmetric",
-    ).condense()
-    assert np.allclose(held.S, right.S, rtol=0, atol=1e-9 * abs(right.S).max())
+    pressed = {"P": [fo.fem.Pressure("upper", "x+", 1.0)]}
+    held, right = (
+        rings(bodies, [support], pressed).condense().S
+        for support in (fo.fem.RigidCoupling("upper", "y+", "y"), fo.fem.Support("upper", "y+"))
+    )
+    assert np.allclose(held, right, rtol=0, atol=1e-9 * abs(right).max())
     with pytest.raises(fo.ModelError, match="has a radial force or a moment"):
-        fo.fem.ContactModel(
-            bodies,
-            [fo.fem.Support("lower", "y-")],
-            {"L": [fo.fem.RemoteForce("upper", "y+", x=1.0)]},
-            kinematics="axisymmetric",
-        )
+        rings(bodies, [], {"L": [fo.fem.RemoteForce("upper", "y+", x=1.0)]})
     with pytest.raises(fo.ModelError, match="a ring moves as a rigid body only along y"):
-        fo.fem.ContactModel(
-            bodies,
-            [fo.fem.Support("lower", "y-"), fo.fem.RigidCoupling("upper", "y+", "x")],
-            loads,
-            kinematics="axisymmetric",
-        )
+        rings(bodies, [fo.fem.RigidCoupling("upper", "y+", "x")], loads)
 
 
 @pytest.mark.parametrize("element", ["linear", "quadratic"])
@@ -226,23 +190,14 @@ def test_rings_of_an_axisymmetric_model_count_by_their_areas(element):
     upper = fo.fem.Body(box(MeshQuad, x, [0.0, 0.5, 1.0]), fo.fem.Material(2.0, 0.3), element)
     bodies = {"upper": upper, "lower": fo.fem.Body(box(MeshQuad, x, [-1.0, -0.5, 0.0]))}
     uniform = -5.0 / (np.pi * (3.0**2 - 1.0**2))
-    model = fo.fem.ContactModel(
-        bodies,
-        [fo.fem.Support("lower", "y-")],
-        {
-            "far": [fo.fem.RemoteForce("upper", "y+", y=-5.0)],
-            "near": [fo.fem.Traction("upper", "y+", y=uniform)],
-        },
-        kinematics="axisymmetric",
-    )
-    system = model.condense()
+    loads = {
+        "far": [fo.fem.RemoteForce("upper", "y+", y=-5.0)],
+        "near": [fo.fem.Traction("upper", "y+", y=uniform)],
+    }
+    system = rings(bodies, [], loads).condense()
     assert np.allclose(system.bonded["far"][1], system.bonded["near"][1], rtol=1e-9)
-    held = fo.fem.ContactModel(
-        bodies,
-        [fo.fem.Support("lower", "y-"), fo.fem.DistributingCoupling("upper", "y+", "y")],
-        {"P": [fo.fem.Pressure("upper", "x+", lambda x, y: 1 + y)]},
-        kinematics="axisymmetric",
-    )
+    pressed = {"P": [fo.fem.Pressure("upper", "x+", lambda x, y: 1 + y)]}
+    held = rings(bodies, [fo.fem.DistributingCoupling("upper", "y+", "y")], pressed)
     moved = held.recover({"P": 1.0}, slip=np.zeros(len(x))).displacement["upper"][1]
     up = {tuple(place): u for place, u in zip(upper.mesh.p.T.round(9).tolist(), moved, strict=True)}
     volume = 0.0

@@ -66,30 +66,6 @@ def of_elements(waves, h):
     )
 
 
-@pytest.mark.parametrize(
-    "kind, kinematics", [(MeshQuad, None), (MeshQuad, "plane_stress"), (MeshHex, None)]
-)
-def test_a_bar_without_lateral_strain_has_the_frequencies_of_its_elements(kind, kinematics):
-    """With Poisson's ratio 0 and one element across there are only motions along x. The frequencies
-    are n c / (2 L) of the free bar, and (n + 1/2) c / (2 L) with a clamped end, but for the mesh.
-    """
-    free = bars(kind, 20, 1, kinematics=kinematics, supports=straight(kind))
-    numbers, h = np.arange(4), LENGTH / 20
-    modes = free.modes(4)
-    assert modes.frequency == pytest.approx(of_elements(numbers * np.pi / LENGTH, h), rel=1e-9)
-    assert modes.frequency[0] == 0
-    assert modes.frequency[1:] == pytest.approx(numbers[1:] * SPEED / (2 * LENGTH), rel=1e-2)
-    assert modes.mass == pytest.approx(RHO * LENGTH * HIGH ** (dimensions(kind) - 1))
-    assert modes.modal_mass[1] == pytest.approx(modes.mass / 2, rel=1e-2)
-    clamped = replace(free, supports=[*straight(kind), fo.fem.Support("left", "end")]).modes(3)
-    assert clamped.frequency == pytest.approx(
-        of_elements((numbers[:3] + 0.5) * np.pi / LENGTH, h), rel=1e-9
-    )
-    share = 2 / ((numbers[:3] + 0.5) * np.pi) ** 2  # of the mass, in each mode
-    assert clamped.effective_mass[:, 0] == pytest.approx(share * modes.mass, rel=2e-2)
-    assert not clamped.effective_mass[:, 1:].any()
-
-
 @pytest.mark.parametrize("nu", [0.0, 0.3])
 def test_an_axisymmetric_bar_is_a_shaft_of_its_whole_circumference(nu):
     """With Poisson's ratio it breathes, too, and no such motion is a translation."""

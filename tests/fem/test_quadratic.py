@@ -8,12 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import pyvista
-from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
-from skfem.models.elasticity import linear_elasticity
+from skfem import MeshQuad, MeshTri
 
 import frictopt as fo
-from helpers.meshes import rotation, two_blocks, vector_field
+from helpers.meshes import rotation
 from helpers.quadratic import SECOND, arched, box, dimensions, two_boxes
 
 
@@ -196,55 +194,6 @@ def test_a_curved_body_of_one_mesh_is_split_as_it_is():
     ]
     assert np.allclose(weights, 1 + 2 * HUMP / 3, rtol=1e-12)
     assert bodies["left"].boundary_nodes("right", "cut").size == 5
-
-
-FILED = {  # kind -> names of its elements, linear and quadratic, in files
-    MeshTri: ("triangle", "triangle6"),
-    MeshQuad: ("quad", "quad9"),
-    MeshTet: ("tetra", "tetra10"),
-    MeshHex: ("hexahedron", "hexahedron27"),
-}
-
-
-@pytest.mark.parametrize("element", ["linear", "quadratic"])
-@pytest.mark.parametrize("kind", SECOND)
-def test_fields_go_to_vectors_and_to_grids_with_all_nodes(kind, element):
-    d = dimensions(kind)
-    material = fo.fem.Material(2.0, 0.3)
-    far = ("far", "far")
-    bodies = two_boxes(kind, material)
-    if element == "linear":
-        meshes = two_blocks((kind, kind), (2,) * (d - 1), (2,) * (d - 1))
-        up = "xyz"[d - 1]
-        bodies = {name: fo.fem.Body(mesh, material) for name, mesh in meshes.items()}
-        far = (f"{up}-", f"{up}+")
-    model = fo.fem.ContactModel(
-        bodies,
-        [fo.fem.Support("lower", far[0])],
-        {"P": [fo.fem.Pressure("upper", far[1]), fo.fem.Traction("upper", far[1], x=0.3)]},
-    )
-    fields = model.recover({"P": 1.0}, np.zeros(model.condense().slip_shape))
-    read = pyvista.to_meshio(model.grids(fields)["upper"])
-    mesh = bodies["upper"].mesh
-    (cells,) = read.cells
-    assert cells.type == FILED[kind][element == "quadratic"] and len(cells.data) == mesh.t.shape[1]
-    assert np.allclose(read.points[:, :d].T, mesh.p)
-    assert np.allclose(read.point_data["displacement"][:, :d].T, fields.displacement["upper"])
-    # VTK: xx, yy, zz, xy, yz, xz.
-    for place, row in zip((0, 1, 3, 2, 5, 4), fields.stress["upper"], strict=False):
-        assert np.allclose(read.point_data["stress"][:, place], row)
-    assert d == 3 or not read.point_data["stress"][:, 4:].any()
-    # The order of VTK: a base, and above each of its nodes one of the other face.
-    if cells.type == "hexahedron":
-        lifts = read.points[cells.data[:, 4:8]] - read.points[cells.data[:, :4]]
-        assert (np.abs(lifts - lifts[:, :1]).max(axis=(1, 2)) < 0.3).all()
-        assert (np.linalg.norm(lifts, axis=2) > 0.2).all()
-    basis, u = vector_field(mesh, fields.displacement["upper"])
-    forces = linear_elasticity(*material.lame).assemble(basis) @ u
-    assert (
-        element == "quadratic"
-        or np.abs(forces[basis.complement_dofs(basis.get_dofs())]).max() < 1e-11
-    )
 
 
 def off(by):

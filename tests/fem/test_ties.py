@@ -61,32 +61,6 @@ def test_a_uniform_stress_passes_through_meshes_that_do_not_match(kind, element,
         np.testing.assert_allclose(stress, uniform, atol=1e-10)
 
 
-@pytest.mark.parametrize("kind", [MeshQuad, MeshHex])
-def test_tied_bodies_that_match_are_one_body(kind):
-    tied = stack(kind, (3, 3, 3)).condense(progress=False)
-    axes = "x" if kind is MeshQuad else "xy"
-    across = [np.linspace(0.0, 1.0, 4)] * len(axes)
-    mesh = kind.init_tensor(*across, np.linspace(-1.0, 1.0, 5))
-    places = {"low": lambda x: x[-1] == -1, "high": lambda x: x[-1] == 1}
-    places |= {f"{axis}=0": lambda x, a=a: x[a] == 0 for a, axis in enumerate(axes)}
-    bodies = {
-        "block": fo.fem.Body(mesh.with_boundaries(places), STEEL),
-        "top": layer(kind, 3, 1.0, 2.0),
-    }
-    one = fo.fem.ContactModel(
-        bodies,
-        contacts=[fo.fem.Contact("top", "block", "low", "high")],
-        supports=[
-            *(fo.fem.Support(body, f"{axis}=0", axis) for body in bodies for axis in axes),
-            fo.fem.Support("block", "low", "xyz"[len(axes)]),
-        ],
-        loads={"P": [fo.fem.Pressure("top", "high", 1.0)]},
-    ).condense(progress=False)
-    np.testing.assert_allclose(tied.S, one.S, atol=1e-9 * np.abs(one.S).max())
-    for of_tied, of_one in zip(tied.bonded["P"], one.bonded["P"], strict=True):
-        np.testing.assert_allclose(of_tied, of_one, atol=1e-9)
-
-
 def rings(faces=("rim", "bore"), **tie):
     """A disc that is tied to a ring and sits on a shaft; two forces twist the ring."""
     bodies = {
