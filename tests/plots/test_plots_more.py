@@ -12,7 +12,7 @@ from matplotlib.collections import PathCollection
 from matplotlib.patches import Polygon
 
 import frictopt as fo
-from helpers.pictures import ALL, FIVE, PAIR, F, check_mechanism, check_ratio, joined, labelled
+from helpers.pictures import FIVE, PAIR, F, joined, labelled
 from helpers.systems import CYCLE, PULL, at_corners, linprog_limit
 
 pytestmark = pytest.mark.usefixtures("no_figures_stay_open")
@@ -99,43 +99,6 @@ def test_the_area_of_a_loop_that_does_no_work_is_zero():
     assert fo.results.LoadLoop("push", amplitude, displacement, np.zeros(20, dtype=int)).area == 0.0
 
 
-@pytest.mark.usefixtures("few_starts")
-def test_a_backbone_curve_is_drawn_over_the_load_with_its_band_and_the_limits():
-    limit = fo.shakedown_limit(PUNCH, PULL, F).load_factor
-    case = list(PUNCH.bonded).index(*PULL.corners[0])
-    factors = limit * np.array([0.5, 0.9, 1.2])
-    curve = fo.joints.backbone_curve(
-        PUNCH,
-        PULL,
-        F,
-        factors,
-        natural_frequency=PUNCH.compliance[case, case] ** -0.5 / (2 * np.pi),
-        with_range=True,
-    )
-    work, share, above, below = curve.plot()
-    for ax, name in ((above, "frequency"), (below, "damping")):
-        line, *others = ax.get_lines()
-        limits = [one for one in others if "limit" in one.get_label()]
-        assert ax.get_xscale() == "log"
-        assert np.array_equal(
-            line.get_xydata(), np.column_stack([curve.load_factor, getattr(curve, name)])
-        )
-        assert sorted(one.get_xdata()[0] for one in limits) == [
-            curve.guaranteed_limit,
-            curve.shakedown_limit,
-        ]
-        (band,) = ax.collections
-        reach = band.get_datalim(ax.transData)
-        assert (reach.ymin, reach.ymax) == pytest.approx(
-            (getattr(curve, f"least_{name}").min(), getattr(curve, f"most_{name}").max())
-        )
-    assert np.array_equal(
-        work.get_lines()[0].get_ydata()[curve.work > 0], curve.work[curve.work > 0]
-    )
-    assert work.get_yscale() == "log"
-    assert np.array_equal(share.get_lines()[0].get_ydata(), curve.slipping)
-
-
 def test_a_backbone_curve_of_two_contacts_has_a_line_for_each_and_ends_where_they_slide_off():
     loads = {"P": [0, 0, 0, 0, 1, 3], "X": [1, 1, 0, 0, 0, 0]}
     free = fo.ContactSystem(
@@ -171,27 +134,6 @@ def test_a_design_is_drawn_with_its_profile_and_its_shear_over_the_friction_boun
     )
     solid = fo.DesignModel(pad, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), preloads=["P"])
     assert "P +0.1" in solid.solve(F, [solid.preload == 0.1]).plot().get_title()
-
-
-@ALL
-def test_a_required_friction_shows_the_reactions_on_its_bounds_and_circles_the_mechanism(
-    contact, cycle
-):
-    factor = 0.9 * fo.shakedown_limit(contact, cycle, F).load_factor
-    required = fo.required_friction(contact, cycle, factor)
-    ax = required.plot()
-    q, p = at_corners(contact, cycle, factor, required.slip)
-    assert np.allclose(required.reactions, (q, p), rtol=1e-12)
-    assert required.system is contact
-    assert required.load_factor == factor
-    assert 0 < required.required < F
-    check_ratio(ax, contact, q, p, cycle.corner_names, required.required)
-    check_mechanism(ax, required.mechanism)
-    assert (
-        ax.get_title()
-        == rf"required friction $f$ = {required.required:.5g}, $\lambda = {factor:.4g}$"
-    )
-    assert ax.get_xlabel().endswith("$x$ (length)")
 
 
 def sides(ax):

@@ -113,25 +113,6 @@ def test_a_limit_shows_the_ratio_at_the_first_corner_the_slip_and_the_nodes_of_t
     assert (ax.get_xlabel(), ax.get_ylabel()) == tuple(f"{name} (length)" for name in names)
 
 
-@ALL
-@pytest.mark.parametrize(("ratio", "exists"), [(0.5, True), (1.5, False)])
-def test_a_safe_slip_shows_the_corner_with_the_least_reserve(contact, axes, ratio, exists):
-    factor = ratio * fo.shakedown_limit(contact, cycle(), F).load_factor
-    safe = fo.safe_slip(contact, cycle(), F, factor)
-    ax = safe.plot()
-    at = [reaction(contact, cycle(), factor, corner, safe.slip) for corner in range(3)]
-    (bar,) = [one for one in ax.figure.axes if one is not ax]
-    corner = cycle().corner_names.index(bar.get_ylabel().split(" at ")[1])
-    reserves = [(F * p - q).min() for q, p in at]
-    assert reserves[corner] == pytest.approx(min(reserves), abs=1e-8)
-    q, p = at[corner]
-    check_face(ax, contact, axes, np.where(p > 1e-9, q / (F * p), np.nan), safe.slip)
-    assert safe.exists is exists
-    assert ax.get_title().startswith(f"margin of the slip = {safe.margin:.5g}")
-    assert f"= {factor:.4g}$" in ax.get_title()
-    assert marks(ax)[0].get_clim()[1] >= np.nanmax(np.where(p > 1e-9, q / (F * p), np.nan)) - 1e-9
-
-
 def test_the_corner_with_the_least_reserve_is_that_of_the_least_f_p_less_q():
     """It is not the corner of the least p - |q|, of the largest ratio, of the least shear in one
     direction, or of the node with the largest reserve."""
