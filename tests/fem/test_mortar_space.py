@@ -19,32 +19,6 @@ from helpers.meshes import RUBBER, THICK, box, extruded, ring, turned, two_block
 KINDS = [(MeshTet, MeshTet), (MeshHex, MeshHex), (MeshTet, MeshHex), (MeshHex, MeshTet)]
 
 
-@pytest.mark.parametrize("kinds", KINDS)
-def test_reactions_carry_the_force_and_the_moment_of_uneven_loads(kinds):
-    bodies = {
-        name: fo.fem.Body(mesh, fo.fem.Material(E))
-        for (name, mesh), E in zip(two_blocks(kinds).items(), (1.0, 3.0), strict=True)
-    }
-    loads = {
-        "load": [
-            fo.fem.Traction("upper", "z+", z=lambda x, y, z: -1 - x + y**2, x=0.3),
-            fo.fem.Pressure("upper", "x+", lambda x, y, z: z),
-        ]
-    }
-    for contact in (fo.fem.Contact("upper", "lower"), fo.fem.Contact("lower", "upper")):
-        system = fo.fem.ContactModel(
-            bodies, [fo.fem.Support("lower", "z-")], loads, [contact]
-        ).condense()
-        q, p = system.bonded["load"]
-        force = np.einsum("nt,nta->na", q, system.frames[:, :2]) + p[:, None] * system.normals
-        if contact.body_1 == "lower":
-            force = -force
-        # by hand: the traction on the top, z = 1, and the pressure on the side x = 1, z from 0 to 1
-        assert np.allclose(force.sum(axis=0), [-4 * 0.3 + 1.0, 0.0, 4 - 4 / 3], atol=1e-12)
-        moment = np.cross(system.points, force).sum(axis=0)
-        assert np.allclose(moment, [0.0, -1.2 - 4 / 3 + 2 / 3, 0.0], atol=1e-12)
-
-
 def cylinders(n, m, hole=1.0, exchanged=False, start=0.1):
     """A hollow pin of n edges in a plate of m, in plane strain and in space."""
     flat = {

@@ -577,19 +577,6 @@ def test_the_probability_of_a_block_is_that_of_its_friction(tmp_path):
     assert fo.report(BLOCK, PUSHED_AND_PULLED, 0.97).probability.empty
 
 
-def test_as_assembled_a_joint_stops_with_the_frictions_that_count():
-    """Steady states from no slip, with drawn frictions, stop as often as the sheet says."""
-    contact = random_system(np.random.default_rng(0), 4)
-    needed = fo.required_friction(contact, CYCLE, 1.0).required
-    joint = fo.report(contact, CYCLE, uniform(needed, needed), [1.0])
-    some, assembled = joint.probability["value"]
-    assert some == pytest.approx(1.0) and assembled < 0.9
-    drawn = np.random.default_rng(1).uniform(needed, 2 * needed, 100)
-    stops = [fo.steady_state(contact, CYCLE, f, 1.0).outcome is fo.Outcome.SHAKEDOWN for f in drawn]
-    error = np.sqrt(assembled * (1 - assembled) / len(drawn))
-    assert abs(np.mean(stops) - assembled) <= 3 * error + 1 / 64
-
-
 # VDI 2230: alpha_A is the most over the least preload, of which the sheet says 95 %.
 ALPHA_A = 1.2
 

@@ -6,7 +6,6 @@ and with the displacements and modes by CalculiX.
 
 import numpy as np
 import pytest
-from scipy.sparse.linalg import spsolve
 
 import frictopt as fo
 from helpers.calculix import Block, displacements, equation, glued, lines, node_set, run
@@ -216,32 +215,3 @@ def test_a_shell_beside_solids_is_refused_by_name(tmp_path):
     deck += f"*ELEMENT, TYPE=S4, ELSET=SKIN\n9000, {', '.join(map(str, corners))}\n*SHELL SECTION, ELSET=SKIN, MATERIAL=UP\n0.1\n"
     with pytest.raises(fo.ModelError, match="shells"):
         condensed(fo.readers.read_calculix(run(tmp_path, deck)[0]))
-
-
-def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path):
-    """Forces act on nodes, and a pressure acts on a face."""
-    block = Block(501, lines((0, 3, 3), (0, 2, 2), (0, 2, 2)), 500.0, 0.2, "B")
-    top, bottom = block.on(2, 2), block.on(2, 0)
-    deck = block.deck() + node_set("TOP", top) + f"{node_set('BOT', bottom)}*BOUNDARY\nBOT, 1, 3\n"
-    loaded = [int(top[-1]), 530, 520, 521]
-    job = fo.readers.read_calculix(run(tmp_path, deck)[0])
-    row = {int(n): i for i, n in enumerate(job.deck.numbers)}
-    force = job.force([row[n] for n in loaded], nodal=[1.0, 0.5, -3.0]) + job.force(
-        "TOP", pressure=0.7
-    )
-    found = spsolve(job.K.tocsc(), force)
-    elements = [
-        block.first + i
-        for i, nodes in enumerate(block.elements)
-        if np.isin(block.numbers[nodes[4:]], top).all()
-    ]
-    loads = "*CLOAD\n" + "".join(
-        f"{n}, {k}, {f}\n" for n in loaded for k, f in ((1, 1.0), (2, 0.5), (3, -3.0))
-    )
-    known = displacements(
-        tmp_path, deck, loads + "*DLOAD\n" + "".join(f"{i}, P2, 0.7\n" for i in elements)
-    )
-    moves = np.isin(np.arange(len(found)), job.unknowns)
-    known = np.array([known[node][direction - 1] for node, direction in job.labels[moves]])
-    # CalculiX prints seven digits.
-    assert np.abs(found[moves] - known).max() < 1e-6 * np.abs(known).max()

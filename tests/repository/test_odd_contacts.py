@@ -2,23 +2,16 @@
 else.
 
 The contacts are random and odd on purpose: bodies that nothing holds, rigid bodies, no normal
-stiffness, no pressure, one node, two contact names. `python tests/repository/test_odd_contacts.py
-FIRST LAST` asks all questions of many seeds.
+stiffness, no pressure, one node, two contact names.
 """
-
-import sys
-import warnings
-from collections import Counter
-from traceback import format_exc
 
 import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.study import range_search
 from helpers.cases import few
 from helpers.public_names.asked import ASKED
-from helpers.public_names.called import CALLS, TooLong, alarm
+from helpers.public_names.called import CALLS
 
 SEEDS = [
     44,
@@ -168,24 +161,3 @@ def test_an_odd_contact_gives_an_answer_or_an_error_of_ours(name):
             asked(name, seed)
         except fo.FrictoptError:
             pass
-
-
-if __name__ == "__main__":
-    warnings.simplefilter("ignore")
-    range_search.MOST_AROUND = 8  # as the fixture `few_starts` does
-    counts = Counter()
-    for number in range(int(sys.argv[1]), int(sys.argv[2])):
-        for question in [*QUESTIONS, *(name for name in ASKED if name not in QUESTIONS)]:
-            try:
-                with alarm():
-                    asked(question, number)
-                counts["answers"] += 1
-            except fo.FrictoptError as told:
-                counts[type(told).__name__] += 1
-            except TooLong:
-                counts["took longer"] += 1
-                print("TOO LONG", number, question, flush=True)
-            except Exception:
-                counts["raw"] += 1
-                print("RAW", number, question, format_exc(limit=-3), flush=True)
-    print(dict(counts))

@@ -42,27 +42,23 @@ Store.write = told
 tests.study(store=sys.argv[1])
 """
 
-POOL = """
+AT_WORK = """
 import signal
 import sys
 signal.signal(signal.SIGINT, signal.default_int_handler)  # which a process in the background ignores
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
+from frictopt.study.runs import TaskSettings
 import test_dissipation_store as tests
-with ProcessPoolExecutor(2, get_context("spawn"), initializer=tests.hang_above) as pool:
+tests.runs.SETTINGS = TaskSettings(most_tasks=2)
+options = {"initializer": tests.hang_at, "initargs": (sys.argv[1],)}
+with ProcessPoolExecutor(2, get_context("spawn"), **options) as pool:
     try:
         tests.study(executor=pool, store=sys.argv[1])
     except KeyboardInterrupt as interrupt:
         print(len(interrupt.table), flush=True)
         sys.stdin.readline()
 """
-AT_WORK = (
-    POOL.replace(
-        "initializer=tests.hang_above", "initializer=tests.hang_at, initargs=(sys.argv[1],)"
-    )
-    .replace("with Process", "tests.runs.SETTINGS = TaskSettings(most_tasks=2)\nwith Process")
-    .replace("import test", "from frictopt.study.runs import TaskSettings\nimport test")
-)
 PATH = os.environ | {
     "PYTHONPATH": os.pathsep.join(
         [
@@ -72,17 +68,6 @@ PATH = os.environ | {
         ]
     )
 }
-
-
-def hang_above():
-    """Let runs at all but the first fifteen load factors never end."""
-
-    def steady_state(*args, **options):
-        if args[3] > FACTORS[14]:
-            time.sleep(1e6)
-        return fo.steady_state(*args, **options)
-
-    runs.steady_state = steady_state
 
 
 def hang_at(store):
@@ -329,32 +314,6 @@ def test_a_store_whose_writer_was_killed_is_read_and_merged_and_goes_on(
         assert Path(f"{file}-journal").exists()
         assert use() == len(undisturbed)
         same(study(store=file), undisturbed)
-
-
-def test_a_killed_pool_loses_no_more_than_what_is_at_work(tmp_path, undisturbed):
-    """Both of its processes hang when it is killed."""
-    options = {
-        "stdin": subprocess.PIPE,
-        "stdout": subprocess.PIPE,
-        "text": True,
-        "env": PATH,
-        "start_new_session": True,
-    }
-    with subprocess.Popen([sys.executable, "-c", POOL, tmp_path / "runs"], **options) as driver:
-        try:
-            kept, patience = 0, time.monotonic() + 300
-            while kept < 15 and time.monotonic() < patience:
-                time.sleep(0.1)
-                with suppress(fo.StoreError):  # not made yet
-                    kept = len(fo.results.read_store(tmp_path / "runs"))
-            driver.kill()
-        finally:
-            os.killpg(driver.pid, signal.SIGKILL)
-    assert (
-        fo.results.read_store(tmp_path / "runs").load_factor.sort_values().tolist()
-        == FACTORS[:15].tolist()
-    )
-    assert continued(tmp_path / "runs", undisturbed) == FACTORS[15:].tolist()
 
 
 def test_a_run_that_failed_is_tried_again_and_never_replaces_a_result(undisturbed, tmp_path):
