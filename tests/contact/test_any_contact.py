@@ -15,6 +15,7 @@ from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 import frictopt as fo
 from helpers.meshes import (
     blocks,
+    extruded,
     ring,
     rotation,
     turned,
@@ -249,6 +250,52 @@ def test_a_fit_slides_at_its_torque_unless_its_facets_wedge_the_part_that_turns(
     )
     assert bound == pytest.approx(gross, rel=5e-3)
     assert free == (np.inf if exchanged else pytest.approx(gross, rel=1e-3))
+
+
+@pytest.mark.parametrize("kind", [MeshQuad, MeshTri, MeshHex, MeshTet])
+def test_a_fit_turns_without_wedging_whatever_its_elements(kind):
+    """Elements have uneven sizes, with diagonals or without. The normals go through the axis, and
+    the fit slides at friction times the sum of pressures."""
+    whole = ring([0.3, 0.6, 1.0, 1.6, 2.4], 24, "bore", "rim")
+    angle = np.arctan2(*whole.p[::-1])
+    radius, angle = np.hypot(*whole.p), angle + 0.3 * np.sin(angle)
+    whole = MeshQuad(radius * np.array([np.cos(angle), np.sin(angle)]), whole.t)
+    mesh = {
+        MeshQuad: whole,
+        MeshTri: whole.to_meshtri(),
+        MeshHex: extruded(whole),
+        MeshTet: extruded(whole).to_meshtet(),
+    }[kind]
+    mesh = mesh.with_boundaries(
+        {"bore": lambda x: np.hypot(*x[:2]) < 0.31, "rim": lambda x: np.hypot(*x[:2]) > 2.3}
+    )
+    mesh = mesh.with_subdomains(
+        {"pin": lambda x: np.hypot(*x[:2]) < 0.99, "plate": lambda x: np.hypot(*x[:2]) > 0.99}
+    )
+    model = fo.fem.ContactModel(
+        fo.fem.split_bodies(mesh, dict.fromkeys(("pin", "plate"), fo.fem.Material(nu=0.0))),
+        contacts=[fo.fem.Contact("pin", "plate", "plate", "pin", name="fit")],
+        supports=[fo.fem.Support("plate", "rim")],
+        loads={
+            "fit": [fo.fem.Interference("fit", 0.01)],
+            "torque": [fo.fem.Traction("pin", "bore", x=lambda x, y, *_: -y, y=lambda x, *_: x)],
+        },
+    )
+    system = model.condense()
+    assert np.allclose(system.normals[:, :2], -system.points[:, :2])
+    assert np.allclose(system.normals[:, 2:], 0.0)
+    limit = fo.shakedown_limit(system, fo.LoadCycle({"fit": 1.0}, [{"torque": 1.0}]), 0.1)
+    x, y, *_ = np.array(
+        [
+            system.points.T,
+            np.einsum("nr,nra->an", np.column_stack(system.bonded["torque"]), system.frames),
+        ]
+    ).swapaxes(0, 1)
+    torque = abs(x[0] @ y[1] - y[0] @ x[1])
+    assert limit.load_factor == pytest.approx(
+        0.1 * system.bonded["fit"][1].sum() / torque, rel=5e-3
+    )
+    assert limit.largest_slip < 0.01
 
 
 def test_interference_is_a_negative_gap():

@@ -183,6 +183,46 @@ def test_a_gap_of_one_unit_in_the_last_digit_is_a_gap(gap):
     assert plates(gap).gap == pytest.approx(gap, rel=1e-6)
 
 
+def ring(count, start, form=digits):
+    """A sector of a ring in space.
+
+    The nodes on one cut are turned copies of the nodes on the other cut.
+    """
+    n = 12
+    mesh = MeshHex.init_tensor(
+        np.linspace(30, 40, 4), np.linspace(start, start + 2 * np.pi / n, 5), np.array([0.0, 5.0])
+    )
+    at = {"low": (1, start), "high": (1, start + 2 * np.pi / n), "foot": (2, 0.0), "top": (2, 5.0)}
+    mesh = mesh.with_boundaries(
+        {name: lambda x, i=i, v=v: abs(x[i] - v) < 1e-9 for name, (i, v) in at.items()}
+    )
+    p = np.array([mesh.p[0] * np.cos(mesh.p[1]), mesh.p[0] * np.sin(mesh.p[1]), mesh.p[2]])
+    return MeshHex(form(p, count), mesh.t, mesh.boundaries)
+
+
+@pytest.mark.parametrize("count", [6, 7, 8, 10])
+@pytest.mark.parametrize("start", [0.0, 0.2, 1.1, 2.5, 4.4])
+def test_cut_faces_of_sectors_are_copies(count, start):
+    """Two rings lie on each other. The pressure on one sector goes through its contact, which
+    reaches the cuts."""
+    mesh = ring(count, start)
+    below = MeshHex(mesh.p - [[0], [0], [5]], mesh.t, mesh.boundaries)
+    bodies = {"a": fo.fem.Body(mesh), "b": fo.fem.Body(below)}
+    supports = [
+        fo.fem.Support("b", "foot"),
+        fo.fem.Cyclic("a", "low", "high"),
+        fo.fem.Cyclic("b", "low", "high"),
+    ]
+    system = fo.fem.ContactModel(
+        bodies,
+        supports,
+        {"P": [fo.fem.Pressure("a", "top", 1.0)]},
+        [fo.fem.Contact("a", "b", "foot", "top")],
+    ).condense()
+    area = 4 * np.sin(2 * np.pi / 48) / 2 * (40**2 - 30**2)  # of four flat pieces
+    assert system.bonded["P"][1].sum() == pytest.approx(area, rel=10.0 ** (2 - count))
+
+
 @pytest.mark.parametrize(("units", "found"), [(0, 4), (1, 4), (3, 3)])
 def test_nodes_of_a_job_match_to_their_digits(units, found):
     """Two bricks lie on each other; a node of one brick is moved along the face by units of the
