@@ -163,33 +163,6 @@ def test_a_contact_that_reaches_a_tie_keeps_its_own_forces(hangs):
     assert found == pytest.approx([-0.05, 0.2, 0.1, 0.05, 0.2, 0.1], abs=1e-9)
 
 
-def test_two_ties_of_the_same_faces_have_a_row_each():
-    """Half of a face is .05 above the other one: each tie carries a part of a pressure of 1."""
-    foot, head, lid = (
-        layer(MeshQuad, count, low) for count, low in ((4, -1.0), (4, 0.0), (3, 1.0))
-    )
-    mesh = head.mesh
-    raised = mesh.p + 0.05 * (mesh.p[1] == 0) * (mesh.p[0] > 0.5) * np.array([[0.0], [1.0]])
-    head = fo.fem.Body(MeshQuad(raised, mesh.t).with_boundaries(mesh.boundaries), STEEL)
-    faces = ("head", "foot", "y-", "y+")
-    ties = [fo.fem.Tie(*faces, 0.01, False), fo.fem.Tie(*faces, 0.1, False)]
-    with pytest.warns(fo.ModelWarning, match="farther than 0.01"):
-        model = fo.fem.ContactModel(
-            {"foot": foot, "head": head, "lid": lid},
-            [fo.fem.Support("foot", "y-")],
-            {"P": [fo.fem.Pressure("lid", "y+", 1.0)], "Q": [fo.fem.Traction("lid", "x-", x=0.1)]},
-            [fo.fem.Contact("lid", "head", "y-", "y+", "lid")],
-            ties=ties,
-        )
-    system = model.condense(progress=False)
-    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 0.1}, {"Q": -0.1}])
-    table = fo.steady_state(system, cycle, 0.3, 1.0, progress=False).by_contact(model)
-    names = ["lid", "tie y--y+ (head, foot)", "tie y--y+ (head, foot) 2"]
-    assert table["contact"].tolist() == names
-    assert table["P_0"][1:].sum() == pytest.approx(1.0, rel=0.01)  # normals lean at the step
-    assert table["P_0"].min() > 0.2
-
-
 def test_a_sheet_has_the_forces_and_another_model_is_refused(tmp_path):
     model, _, _ = column(MeshQuad, 0)
     system = model.condense(progress=False)
