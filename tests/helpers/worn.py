@@ -52,6 +52,20 @@ def plain_rate(steady, coefficient):
     )
 
 
+def sphere(cells, half_length):
+    """A sphere under forces, its load cycle, and the load factor at half of gross slip.
+
+    Before wear the radius of the contact is 1.
+    """
+    arrays = fo.reference.half_space_contact(cells, half_length, R=1.0, E=1.0, nu=0.0)
+    return held_by_forces(
+        arrays["S"],
+        arrays["points"],
+        arrays["gap"],
+        np.full(len(arrays["gap"]), (2 * half_length / cells) ** 2),
+    )
+
+
 def sphere_of_rings(stick, reach=1.3):
     """The sphere with a node for each ring of the contact.
 
@@ -79,7 +93,7 @@ def sphere_of_rings(stick, reach=1.3):
 
 
 def held_by_forces(S, points, gap, width):
-    """A contact under forces on its free far end, and the further results of `sphere_of_rings`.
+    """A contact under forces on its free far end, and the further results of `sphere`.
 
     The stiffness of the contact is given.
     """

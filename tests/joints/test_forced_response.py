@@ -407,6 +407,14 @@ def test_a_response_is_kept_shown_and_drawn(light, tmp_path):
     assert any(np.isfinite(line.get_ydata()).any() for line in dotted)
 
 
+def test_the_bar_of_a_peak_is_its_band():
+    answer = (
+        wedges().curve(2, [300.0, 500.0, 800.0], with_range=True).response([20.0], damping=1e-3)
+    )
+    bars = [line for line in answer.plot().get_lines() if line.get_linewidth() == 4.0]
+    assert bars[0].get_ydata().tolist() == [answer.least_peak[0], answer.most_peak[0]]
+
+
 def test_bad_input(curve, light):
     for odd in ([], [0.0], [-1.0], [np.nan], [np.inf], [[1.0]], "1", None):
         with pytest.raises(fo.ModelError, match=r"^forces"):

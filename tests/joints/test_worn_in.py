@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from helpers.worn import F, cylinder, on_edges, sphere_of_rings
+from helpers.worn import F, cylinder, on_edges, sphere, sphere_of_rings
 
 CONTACT = fo.reference.LineContact(P=1.0, R=1.0, E_star=4 / np.pi, f=F)
 
@@ -160,6 +160,15 @@ def test_the_sphere_in_space_converges_to_the_closed_form():
         assert np.abs(end.depth - form)[r > 0.85].max() < 0.06 * form.max()
     coarse, fine = np.array(errors)
     assert np.all(fine < 0.03) and np.all(fine > 0) and np.all(fine < 0.6 * coarse)
+
+
+def test_the_sphere_in_space():
+    contact, cycle, f, load_factor = sphere(10, 1.3)
+    end = fo.joints.worn_in(contact, cycle, f, load_factor)
+    history = fo.joints.wear(
+        contact, cycle, f, load_factor, coefficient=1.0, steps=1, tolerance=0.03, cycles=1e4
+    )
+    assert np.abs(history.depth[-1] - end.depth).max() < 0.02 * end.depth.max()
 
 
 COARSE = cylinder(16)
