@@ -2,27 +2,17 @@
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
 from ..base import Array, runs
-from ..base.checks import Names
 from .style import BLACK, GREY, POINTS, SERIES, Look, as_is, legend, line
 
-
-class Nodes(Protocol):
-    """The nodes of a contact system: their places `x` (N,), and their contacts."""
-
-    @property
-    def x(self) -> Array:
-        """(N,) places along the contacts."""
-
-    @property
-    def contact(self) -> Names | None:
-        """(N,) names of the contacts; None for a single one."""
+# A contact system: the places `x` (N,) of its nodes along the contacts, and their `contact`.
+Nodes: TypeAlias = Any
 
 
 def parts(nodes: Nodes) -> list[tuple[str, slice]]:
