@@ -23,6 +23,7 @@ from ..contact import (
     lengths,
     most_shear,
 )
+from ..contact.components import null_space
 from ..contact.diagnosis import counted, names_of_several, open_nodes, settled
 from ..errors import NoContinuation, SolverError
 
@@ -115,8 +116,7 @@ class Statics:
         n = self._system.nodes
         # The motions that do not open the contact.
         motions = self._system.rigid_motions
-        _, opens, turn = np.linalg.svd(motions[-n:], full_matrices=False)
-        sliding = motions @ turn[opens <= CONDENSATION].T
+        sliding = motions @ null_space(motions[-n:], CONDENSATION)
         pressed = np.r_[forces[:-n], self._within_terms(forces[-n:].clip(0.0))]
         phi = self._with_negative_work(sliding, True, pressed)
         return None if phi is None else self._sentence(name, pressed, phi)

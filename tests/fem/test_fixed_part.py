@@ -88,6 +88,33 @@ def test_the_margin_is_that_of_a_program_with_all_corners(seed, share):
     )
 
 
+@settings(max_examples=few(8))
+@given(seeds)
+def test_transients_rest_on_a_safe_slip_below_the_limit_and_slip_for_ever_above(seed):
+    contact, cycle, f = fixed_contact(seed)
+    limit = fo.shakedown_limit(contact, cycle, f)
+    assume(1e-3 < limit.load_factor < np.inf and not limit.open.any())
+    below, above = limit.least + 0.98 * (limit.load_factor - limit.least), 1.02 * limit.load_factor
+    state = fo.safe_slip(contact, cycle, f, below).state
+    assert (
+        fo.steady_state(contact, cycle, f, below, initial_state=state).outcome
+        is fo.Outcome.SHAKEDOWN
+    )
+    steady = fo.steady_state(contact, cycle, f, above, initial_slip=limit.slip)
+    assert steady.outcome is not fo.Outcome.SHAKEDOWN or steady.open.any()
+    path = fo.march(contact, cycle, f, above, initial_slip=limit.slip, cycles=1)
+    loads = contact.reaction(cycle.at(above)[-1])
+    names = list(contact.bonded)
+    assert path.amplitudes[-1] == pytest.approx(
+        [cycle.at(above)[-1].get(name, 0.0) for name in names]
+    )
+    assert path.amplitudes @ [contact.bonded[name][1] for name in names] == pytest.approx(
+        path.bonded_p
+    )
+    assert path.bonded_q[-1] == pytest.approx(loads[0])
+    assert path.bonded_p[-1] == pytest.approx(loads[1])
+
+
 @settings(max_examples=few(6))
 @given(seeds)
 def test_the_guaranteed_limit_is_the_least_of_programs_with_a_node_on_both_bounds_at_any_two_corners(

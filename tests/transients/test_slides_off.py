@@ -15,6 +15,7 @@ import frictopt as fo
 from frictopt.transients.statics import check_sliding
 from helpers.cases import few
 from helpers.components import joined
+from helpers.systems import rigid
 
 PUNCH = fo.scenes.SquarePunch(elements=2, growth=3.0).condense()
 _X, _Y, _ = PUNCH.points.T
@@ -227,6 +228,77 @@ def test_random_contacts_slide_off_where_no_shears_balance_the_load_and_only_the
                 "as a whole" in fo.onset(contact, fo.LoadCycle({"m": 1.0}, [{"m": 0.1}]), f).reason
             ) is not first
     assert 5 < sum(seen) < len(seen) - 5
+
+
+MOTIONS = [[0, 1, 2, 3, 4, 5], [0, 1, 2], [0, 2], [2], [0, 1, 5], [0, 1, 2, 5]]
+
+
+def contact(rng, motions):
+    """A random contact with rough faces, and loads that press and shear it.
+
+    Body 1 has some of the six rigid motions.
+    """
+    n = int(rng.integers(3, 8))
+    points = rng.uniform(-1, 1, (n, 3)) * [1, 1, 0.2]
+    normals = rng.uniform(-0.4, 0.4, (n, 3)) + [0, 0, 1]
+    of_body, frames = rigid(points, normals)
+    free = of_body[:, motions]
+    root = rng.normal(size=(3 * n, 3 * n))
+    off = np.eye(3 * n) - free @ np.linalg.pinv(free)
+    press = np.einsum("nak,k->an", frames, [0, 0, 1.0]).ravel()
+    bonded = {"P": press, "Q": rng.normal(size=3 * n) + press * rng.uniform(-1, 1)}
+    return fo.ContactSystem(
+        off @ (root @ root.T + np.eye(3 * n)) @ off, points, bonded, frames=frames
+    ), free
+
+
+def balance(system, motions, friction, load):
+    """Status of the cone program for the smallest contact forces in balance with a load.
+
+    The balance is taken in motions of the body.
+    """
+    q, p = cp.Variable((system.nodes, 2)), cp.Variable(system.nodes, nonneg=True)
+    forces = cp.hstack([q[:, 0], q[:, 1], p])
+    problem = cp.Problem(
+        cp.Minimize(cp.norm(forces)),
+        [cp.norm(q, axis=1) <= cp.multiply(friction, p), motions.T @ forces == motions.T @ load],
+    )
+    problem.solve(solver=cp.CLARABEL)
+    return problem.status
+
+
+@pytest.mark.filterwarnings("ignore:Solution may be inaccurate")
+@pytest.mark.parametrize("seed", few(range(30)))
+def test_a_load_is_named_where_no_forces_balance_it_and_only_there(seed):
+    rng = np.random.default_rng(seed)
+    system, free = contact(rng, MOTIONS[seed % len(MOTIONS)])
+    found = system.rigid_motions
+    assert np.abs(found - free @ (np.linalg.pinv(free) @ found)).max() < 1e-9
+    assert np.abs(found.T @ found - np.eye(free.shape[1])).max() < 1e-9
+    friction = rng.uniform(0.1, 0.6, system.nodes)
+    for shear in rng.uniform(0, 1, 2):
+        load = joined(*system.reaction({"P": 1.0, "Q": shear}))
+        if balance(system, free, 1.0005 * friction, load) == "infeasible":
+            with pytest.raises(fo.NoContinuation, match="the load"):
+                check_sliding(system, friction, {"the load": load})
+        elif balance(system, free, friction, load) == "optimal":
+            check_sliding(system, friction, {"the load": load})
+
+
+def test_of_more_free_slides_than_nodes_each_is_found():
+    """Two nodes without a guide may slide together along x, and each along y.
+
+    They strain only if they move apart along x. P presses each with 1, and Q shears each with 1, so
+    that friction of 0.5 holds a load factor of 0.5.
+    """
+    apart = np.array([-1.0, 1.0, 0.0, 0.0, 0.3, -0.2])
+    S = np.outer(apart, apart) + np.diag([0.0, 0.0, 0.0, 0.0, 1.0, 1.0])
+    loads = {"P": [0, 0, 0, 0, 1, 1], "Q": [1, 1, 0, 0, 0, 0]}
+    bonded = {case: np.array(load, dtype=float) for case, load in loads.items()}
+    system = fo.ContactSystem(S, np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), bonded)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    with pytest.raises(fo.NoContinuation, match=r"slides as a whole: .* along \(-1, 0, 0\)"):
+        fo.steady_state(system, cycle, 0.5, 0.6)
 
 
 def test_a_load_that_friction_holds_is_asked_anew_with_less_friction():
