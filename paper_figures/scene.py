@@ -55,7 +55,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
 def _mesh(axes: Any, scene: fo.scenes.PunchOnHalfPlane) -> None:
     model = scene.model()
     for name, color in (("block", _BLOCK), ("punch", _PUNCH)):
-        draw_mesh(axes, model.bodies[name].mesh, color, scene.half_width)
+        draw_mesh(axes, model.bodies[name].mesh.scaled(1 / scene.half_width), color)
 
 
 def _loads(axes: Any, side: float, depth: float, height: float) -> None:

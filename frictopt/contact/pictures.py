@@ -157,7 +157,6 @@ def shear_ratios(
     name = r"\min(f p, c)" if system.capped else "(f p)"
     if system.tangents == 2:
         ratio = _ratios(lengths(q[at], p[at]), bound[at])
-        largest = float(np.nanmax(ratio, initial=0.0))
         areas = np.zeros(system.nodes)
         for nodes, _, area in circles.values():
             np.add.at(areas, np.ravel(nodes), area)
@@ -166,7 +165,7 @@ def shear_ratios(
             faces_of(system),
             ratio,
             rf"$|q| / {name}$ at {names[at]}",
-            most=largest if largest > 1.0 + RESIDUAL else 1.0,
+            most=float(np.nanmax(ratio, initial=1.0)),
             slip=None if slip is None else slip / system.stretch,
             slip_name="residual slip",
             opened=opened,
@@ -188,7 +187,7 @@ def shear_ratios(
     # lines.
     height = np.clip(1.1 * float(np.nanmax(np.abs(ratio), initial=0.0)), 1.25, 3.0)
     axes.set_ylim(-height, height)
-    label_panels([axes], system, zero=False)
+    label_panels([axes], system)
     if opened is not None and opened.any():
         # Open nodes carry no force.
         x = system.x[opened]

@@ -10,7 +10,6 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from ..base import ROUNDING, Array
 from ..plots.bodies import (
-    BESIDE,
     Mesh,
     axes_of,
     corners,
@@ -47,8 +46,6 @@ from .supports import Support, nodes_of
 # Frame around the number of a contact.
 _FRAME = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "pad": 2.0}
 
-
-# The numbers of the pictures of models.
 
 # Drawing order of numbers in space: above all faces, which matplotlib orders by their distance.
 _ABOVE = 1e3
@@ -161,7 +158,8 @@ def _fields(fields: BodyFields, ax: AnyAxes = None) -> AnyAxes:
         colours = axes.tripcolor(*mesh.p, triangles, stress[name], shading="gouraud", **look)
         draw_edges(axes, mesh, mesh.boundary_facets(), color=BLACK, lw=0.6)
     label = "von Mises stress (force per area)"
-    place: Look = BESIDE if in_space else {}
+    # In space the colour bar is beside the labels of the axis z.
+    place: Look = {"shrink": 0.6, "pad": 0.12} if in_space else {}
     axes.figure.colorbar(colours, ax=axes, extend="max", label=label, **place)
     finish_axes(axes, ends, 0.0)
     if ax is None and not in_space:
@@ -223,8 +221,7 @@ def load_arrows(axes: AnyAxes, model: ContactModel, case: str, length: float, co
     label = f"load {as_is(case)}"
     if kinds:
         label += f" ({', '.join(f'{count} x {kind}' for kind, count in kinds.items())})"
-    nowhere: list[list[float]] = [[]] * (3 if in_space else 2)
-    axes.plot(*nowhere, color=color, marker=">", label=label)
+    axes.plot([], [], color=color, marker=">", label=label)
 
 
 def _on_surface(part: Traction | Pressure, body: Body, length: float) -> tuple[Array, Array]:
@@ -256,7 +253,8 @@ def _resultant(forces: Array, places: Array, length: float) -> tuple[Array, Arra
     total = forces.sum(axis=1)
     size = np.linalg.norm(total)
     if size <= ROUNDING * strength.sum():
-        return np.empty((0, len(total))), np.empty((0, len(total)))
+        none = np.empty((0, len(total)))
+        return none, none
     direction = total / size
     middle = places @ strength / strength.sum()
     end = (direction @ places[:, strength > 0]).max()

@@ -47,7 +47,7 @@ def lines_or_band(
     """
     drawn: Sequence[int] = range(len(values))
     if len(values) > len(SERIES):
-        drawn = sorted(list(dict.fromkeys(governing))[:4])
+        drawn = sorted(governing[:4])
         label: str | None = f"{prefix}all {len(values)} corners"
         # NaN at a node only if all its values are NaN.
         low, high = np.fmin.reduce(values), np.fmax.reduce(values)
@@ -69,9 +69,10 @@ def along(
 ) -> None:
     """Draw a panel for each row: the name of its axis, and values (N,) by their labels.
 
-    A row that is None belongs to a panel that is already drawn.
+    Each panel has a line at 0. A row that is None belongs to a panel that is already drawn.
     """
     for axes, row in zip(panels, rows, strict=True):
+        axes.axhline(0, color=GREY, lw=0.6, zorder=0)
         if row is None:
             continue
         name, values = row
@@ -84,16 +85,13 @@ def along(
     label_panels(panels, nodes)
 
 
-def label_panels(panels: Sequence[Axes], nodes: Nodes, *, zero: bool = True) -> None:
+def label_panels(panels: Sequence[Axes], nodes: Nodes) -> None:
     """Label panels that stand one below the other, with lines between several contacts.
 
-    With `zero` each panel gets a line at 0. The names of the contacts stand above the first panel,
-    the position below the last one.
+    The names of the contacts stand above the first panel, the position below the last one.
     """
     contacts = parts(nodes)
     for axes in panels:
-        if zero:
-            axes.axhline(0, color=GREY, lw=0.6, zorder=0)
         for (_, before), (_, after) in pairwise(contacts):
             axes.axvline((nodes.x[before][-1] + nodes.x[after][0]) / 2, color=BLACK, lw=0.6)
     if len(contacts) == 1:

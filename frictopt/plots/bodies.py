@@ -18,30 +18,21 @@ from .style import AnyAxes, Look, as_is, legend, named, new_axes
 
 Mesh: TypeAlias = Any  # of scikit-fem
 
-# Place of a colour bar in space, beside the labels of the axis z.
-BESIDE: Look = {"shrink": 0.6, "pad": 0.12}
 
-
-def draw_edges(axes: Axes, mesh: Mesh, facets: Integers, scale: float = 1.0, **look: Any) -> None:
-    """Draw some facets of a plane mesh; coordinates are divided by `scale`."""
+def draw_edges(axes: Axes, mesh: Mesh, facets: Integers, **look: Any) -> None:
+    """Draw some facets of a plane mesh."""
     # One line with gaps is drawn far faster than many lines.
-    edges = np.insert(mesh.p[:, mesh.facets[:, facets]] / scale, 2, np.nan, axis=1)
+    edges = np.insert(mesh.p[:, mesh.facets[:, facets]], 2, np.nan, axis=1)
     axes.plot(*edges.transpose(0, 2, 1).reshape(2, -1), solid_capstyle="round", snap=False, **look)
 
 
 def draw_mesh(
-    axes: Axes,
-    mesh: Mesh,
-    color: str,
-    scale: float = 1.0,
-    *,
-    thin: float = 0.12,
-    label: str | None = None,
+    axes: Axes, mesh: Mesh, color: str, *, thin: float = 0.12, label: str | None = None
 ) -> None:
-    """Draw the lines of a plane mesh, with its outline; coordinates are divided by `scale`."""
+    """Draw the lines of a plane mesh, with its outline."""
     look: Look = {"color": color, "zorder": 0.5}
-    draw_edges(axes, mesh, np.arange(mesh.facets.shape[1]), scale, lw=thin, **look)
-    draw_edges(axes, mesh, mesh.boundary_facets(), scale, lw=1.0, label=label, **look)
+    draw_edges(axes, mesh, np.arange(mesh.facets.shape[1]), lw=thin, **look)
+    draw_edges(axes, mesh, mesh.boundary_facets(), lw=1.0, label=label, **look)
 
 
 def corners(mesh: Mesh, facets: Integers | None = None) -> Array:
@@ -67,7 +58,7 @@ def draw_bodies(
         polygons += [*surface]
         looks += [color] * len(surface)
         # A patch of the legend as pale as the faces would not show which body is meant.
-        axes.plot([], [], [], marker="s", linestyle="none", color=color, label=as_is(name))
+        axes.plot([], [], marker="s", linestyle="none", color=color, label=as_is(name))
     if polygons:
         # All faces are one collection: matplotlib hides faces behind others only within one.
         faces, edges = ([(color, alpha) for color in looks] for alpha in (face, edge))

@@ -14,8 +14,6 @@ from .style import BLACK, GREY, SERIES, AnyAxes, Look, arrows, as_is, named, spr
 
 # Smallest and largest area of the point of a node, points^2.
 _POINT = 6.0, 250.0
-# Coordinates of no point, for a line of the legend.
-_NOWHERE: tuple[list[float], ...] = ([], [], [])
 
 
 class Face(NamedTuple):
@@ -71,12 +69,9 @@ def face_map(
         sizes = np.clip(area * face.share, *_POINT)
         near, of_face = closed[face.nodes], values[face.nodes]
         points = axes.scatter(*face.places[near].T, c=of_face[near], s=sizes[near], **colours)
-        if not near.all():
-            _rings(axes, face.places[~near], 0.6 * sizes[~near], "open node", GREY)
+        _rings(axes, face.places[~near], 0.6 * sizes[~near], "open node", GREY)
         if np.isnan(of_face[near]).any():
-            label = "node without friction bound"
-            nowhere = _NOWHERE[: face.places.shape[1]]
-            axes.plot(*nowhere, "o", color=GREY, label=label)
+            axes.plot([], [], "o", color=GREY, label="node without friction bound")
         if slip is not None:
             _draw_slips(axes, face, slip, slip_name, to_and_fro)
         if circled is not None:
@@ -115,16 +110,15 @@ def _draw_slips(axes: AnyAxes, face: Face, slip: Array, name: str, to_and_fro: b
     all maps has the same length on paper in each map.
     """
     longest = float(np.nanmax(np.linalg.norm(slip, axis=1), initial=0.0))
-    if longest == 0:
-        return
     of_face = slip[face.nodes]
     # Slips below this share of the longest one have no arrow.
     shortest = 0.02
-    slips = np.flatnonzero(np.linalg.norm(of_face, axis=1) >= shortest * longest)
+    slips = np.flatnonzero(np.linalg.norm(of_face, axis=1) > shortest * longest)
+    if not len(slips):
+        return
     # Largest number of arrows, and their length as a share of the size of the map.
     most, length = 40, 0.15
-    if len(slips):
-        slips = slips[sorted(spread(face.places[slips].T, most))]
+    slips = slips[sorted(spread(face.places[slips].T, most))]
     places = face.places[slips]
     on_map = np.einsum("nik,nk->ni", face.turn[slips], of_face[slips])
     if to_and_fro:
@@ -137,8 +131,7 @@ def _draw_slips(axes: AnyAxes, face: Face, slip: Array, name: str, to_and_fro: b
     arrows(axes, places, on_map, enlarged, zorder=3, **look)
     sign = r"$\leftrightarrow$" if to_and_fro else r"$\rightarrow$"
     mark: Look = {"linestyle": "none", "marker": sign, "markersize": 11, "color": BLACK}
-    nowhere = _NOWHERE[: places.shape[1]]
-    axes.plot(*nowhere, label=f"{name}, longest {longest:.3g} (length)", **mark)
+    axes.plot([], [], label=f"{name}, longest {longest:.3g} (length)", **mark)
 
 
 def _label_axes(axes: AnyAxes, face: Face) -> float:

@@ -17,12 +17,10 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.text import Text
 from mpl_toolkits.mplot3d import Axes3D
-from numpy.typing import NDArray
 
 from ..base import Array, shown
 from ..errors import ModelError
 
-AxesArray: TypeAlias = NDArray[np.object_]  # of matplotlib axes
 AnyAxes: TypeAlias = Any  # one or several of matplotlib, in the plane or in space; None: new ones
 Look: TypeAlias = dict[str, Any]  # what matplotlib takes as keywords
 
@@ -219,17 +217,8 @@ def no_lines(panels: Sequence[Axes], why: str) -> None:
         axes.set(xticks=[], yticks=[])
 
 
-def name_units(axes: Axes, units: str | None) -> None:
-    """Write the units in place of their meanings in all texts of a picture."""
-    if units is not None:
-        for text in axes.figure.findobj(Text):
-            text.set_text(in_units(text.get_text(), as_is(units)))
-
-
-def in_units(text: str, units: str | None) -> str:
+def in_units(text: str, units: str) -> str:
     """A text in which meanings, such as "(force per area)", are units, such as "(MPa)".
-
-    Without units the text stays as it is.
 
     Examples
     --------
@@ -237,8 +226,6 @@ def in_units(text: str, units: str | None) -> str:
     >>> in_units("slip (length), traction (force per area), work (force times length)", "N, mm")
     'slip (mm), traction (MPa), work (N mm)'
     """
-    if units is None:
-        return text
     force, length = units.split(", ")
     words = {
         "times": "",
@@ -278,14 +265,16 @@ def draw(
     """
     with nullcontext() if ax is not None else screen():
         axes = drawn_by(result, ax, **options)
-    name_units(np.ravel(np.asarray(axes, dtype=object))[0], _units(result))
+    units = _units(result)
+    if units is not None:
+        for text in np.ravel(axes)[0].figure.findobj(Text):
+            text.set_text(in_units(text.get_text(), as_is(units)))
     return axes
 
 
 def png(result: Any) -> bytes:
     """The picture of a result as a PNG file; its figure is closed."""
-    axes = np.ravel(np.asarray(result.plot(), dtype=object))
-    figure = axes[0].figure
+    figure = np.ravel(result.plot())[0].figure
     file = BytesIO()
     figure.savefig(file, format="png")
     plt.close(figure)
