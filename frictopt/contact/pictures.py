@@ -204,7 +204,7 @@ def _ratios(shear: Array, bound: Array) -> Array:
 
 
 @picture.register
-def _system(system: ContactSystem, ax: AnyAxes = None) -> AnyAxes:
+def _system(system: ContactSystem, ax: AnyAxes) -> AnyAxes:
     """The points of a contact with their normals; in the plane also pressures of the load cases.
 
     The pressures are those of the bonded contact under each unit load. If the widths are not known,

@@ -217,9 +217,8 @@ class Modes(Shown, Plotted):
         ImportError without matplotlib; ModelError for another number of axes, or if there is no
         such mode.
         """
-        pictures = self._pictures()
         numbers = range(len(self.frequency)) if k is None else [self._number(k)]
-        return pictures.draw(self, ax, pictures.mode, numbers=numbers)
+        return self._pictures().draw(self, ax, numbers=numbers)
 
     def _number(self, k: int) -> int:
         return whole_number("k", k, least=0, most=len(self.frequency) - 1)

@@ -65,7 +65,7 @@ def _colors(count: int) -> list[str]:
 
 
 @picture.register
-def _model(model: ContactModel, ax: AnyAxes = None) -> AnyAxes:
+def _model(model: ContactModel, ax: AnyAxes) -> AnyAxes:
     """Each body in its colour, contacts in black, held nodes as marks, and loads as arrows.
 
     In space the surfaces of the bodies are drawn. Arrows show the directions of each load case.
@@ -129,7 +129,7 @@ def _mark(support: Support | Cyclic | Coupling, axes: str) -> tuple[str, str]:
 
 
 @picture.register
-def _fields(fields: BodyFields, ax: AnyAxes = None) -> AnyAxes:
+def _fields(fields: BodyFields, ax: AnyAxes) -> AnyAxes:
     """Nodal von Mises stress in all bodies, in space the mean of each face of their surfaces.
 
     The colours end at the value that 99 of 100 nodes do not exceed.
@@ -167,7 +167,8 @@ def _fields(fields: BodyFields, ax: AnyAxes = None) -> AnyAxes:
     return axes
 
 
-def mode(modes: Modes, ax: AnyAxes = None, numbers: Sequence[int] = (0,)) -> AnyAxes:
+@picture.register
+def _modes(modes: Modes, ax: AnyAxes, numbers: Sequence[int]) -> AnyAxes:
     """The shapes of some modes: each body in its colour, over the undeformed body in grey."""
     panels, ends = axes_of([*_meshes(modes.bodies).values()], ax, len(numbers))
     for axes, number in zip(panels, numbers, strict=True):

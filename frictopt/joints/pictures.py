@@ -48,7 +48,7 @@ _MARKED: Look = {name: series(0)[name] for name in ("color", "marker")}
 
 
 @picture.register
-def comparison(of: Comparison, ax: AnyAxes = None) -> AnyAxes:
+def _comparison(of: Comparison, ax: AnyAxes) -> AnyAxes:
     """Each number of each variant, divided by that of the first one, if all are finite."""
     numbers = of.table.set_index("number")[list(of.names)].astype(float)
     ratios = numbers.div(numbers[of.names[0]], axis=0)
@@ -64,7 +64,7 @@ def comparison(of: Comparison, ax: AnyAxes = None) -> AnyAxes:
 
 
 @picture.register
-def backbone(curve: BackboneCurve, ax: AnyAxes = None, scale: float | None = None) -> AnyAxes:
+def _backbone(curve: BackboneCurve, ax: AnyAxes, scale: float | None) -> AnyAxes:
     """Work, slipping share of each contact, stiffness and damping over the load factor (log).
 
     Stiffness and damping are drawn if they are known. For a mode, frequencies replace the
@@ -192,7 +192,7 @@ def _draw_with_band(
 
 
 @picture.register
-def _forced_response(answer: ForcedResponse, ax: AnyAxes = None) -> AnyAxes:
+def _forced_response(answer: ForcedResponse, ax: AnyAxes) -> AnyAxes:
     """Amplitude over the frequency of each force, with the backbone through the peaks.
 
     A thick bar along the backbone is the range of a peak over the residual slips. The part between
@@ -232,7 +232,7 @@ def _forced_response(answer: ForcedResponse, ax: AnyAxes = None) -> AnyAxes:
 
 
 @picture.register
-def _worn(worn: WearHistory | WornIn, ax: AnyAxes = None) -> AnyAxes:
+def _worn(worn: WearHistory | WornIn, ax: AnyAxes) -> AnyAxes:
     """Depth worn off; of a history also the pressure, of a worn-in contact also the stick zone.
 
     In space a map of the depth in the end.

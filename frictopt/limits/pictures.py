@@ -48,7 +48,7 @@ _NUMBERS = {
 
 
 @picture.register
-def _answered(answer: Answer, ax: AnyAxes = None) -> AnyAxes:
+def _answered(answer: Answer, ax: AnyAxes) -> AnyAxes:
     """Shear divided by the friction bound at the corners, with circles at limiting nodes.
 
     The area of a circle is the share of its node in the mechanism. In space the picture shows one
@@ -115,7 +115,7 @@ def _limiting_nodes(answer: Answer) -> tuple[Circles, str]:
 
 
 @picture.register
-def _fatigue_band(band: FatigueBand, ax: AnyAxes = None) -> AnyAxes:
+def _fatigue_band(band: FatigueBand, ax: AnyAxes) -> AnyAxes:
     """The parameter at each point: its band, its value in the best state, and without slip.
 
     In the best state of rest the largest value over the points is the least. In the plane the
@@ -138,7 +138,7 @@ def _fatigue_band(band: FatigueBand, ax: AnyAxes = None) -> AnyAxes:
 
 
 @picture.register
-def _safe_region(region: SafeRegion, ax: AnyAxes = None) -> AnyAxes:
+def _safe_region(region: SafeRegion, ax: AnyAxes) -> AnyAxes:
     """The region, with the node whose share in the mechanism of each side is largest.
 
     If there are many sides, their nodes are not named.

@@ -1,7 +1,7 @@
 """The look of all pictures: colours, axes, legends, arrows, and the names of units."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from functools import singledispatch
 from io import BytesIO
@@ -55,7 +55,7 @@ _MEANING = re.compile(r"\(((?:1 / )?(?:force|length)(?: (?:times|per) (?:length|
 
 
 @singledispatch
-def picture(result: object, ax: AnyAxes = None) -> AnyAxes:
+def picture(result: object, ax: AnyAxes) -> AnyAxes:
     """Draw a result in the given axes, or in those of a new figure, and return the axes.
 
     Each class of results registers its own picture.
@@ -248,15 +248,10 @@ def in_units(text: str, units: str) -> str:
 # Draw a result: its picture in the look of a screen, with the units of the result.
 
 
-def draw(
-    result: object,
-    ax: AnyAxes = None,
-    drawn_by: Callable[..., AnyAxes] = picture,
-    **options: object,
-) -> AnyAxes:
+def draw(result: object, ax: AnyAxes, **options: object) -> AnyAxes:
     """Draw a result in the given axes, which keep their style, or in a new figure.
 
-    Returns the axes. `drawn_by` draws it: by default the picture that is registered for its class.
+    Returns the axes. The picture that is registered for its class draws it, with these options.
 
     Raises
     ------
@@ -264,7 +259,7 @@ def draw(
         `ax` is not as many axes as the picture has panels.
     """
     with nullcontext() if ax is not None else screen():
-        axes = drawn_by(result, ax, **options)
+        axes = picture(result, ax, **options)
     units = _units(result)
     if units is not None:
         for text in np.ravel(axes)[0].figure.findobj(Text):

@@ -479,5 +479,4 @@ def plot_study(
     for name, column in (("x", x), ("colour", colour)):
         if column is not None:
             choice(name, column, list(table.columns))
-    pictures = pictures_of(__name__)
-    return pictures.draw(table, ax, pictures.runs_of, x=x, colour=colour)
+    return pictures_of(__name__).draw(table, ax, x=x, colour=colour)

@@ -36,9 +36,7 @@ _COLUMNS = {
 
 
 @picture.register
-def _after_protocol(
-    answer: LimitAfterProtocol | FrictionAfterProtocol, ax: AnyAxes = None
-) -> AnyAxes:
+def _after_protocol(answer: LimitAfterProtocol | FrictionAfterProtocol, ax: AnyAxes) -> AnyAxes:
     """A mark for each load factor or friction tried, in the row of its outcome."""
     (axes,) = new_axes(ax, size=(6.4, 2.4))
     rows = list(_OUTCOMES)
@@ -64,7 +62,7 @@ def _after_protocol(
 
 
 @picture.register
-def _dissipation_range(span: DissipationRange, ax: AnyAxes = None) -> AnyAxes:
+def _dissipation_range(span: DissipationRange, ax: AnyAxes) -> AnyAxes:
     """Slip range and work of friction per cycle of the states with the least and the most work.
 
     In space a map of the state with the most work.
@@ -82,9 +80,8 @@ def _dissipation_range(span: DissipationRange, ax: AnyAxes = None) -> AnyAxes:
     return np.array(panels)
 
 
-def runs_of(
-    table: Table, ax: AnyAxes = None, x: str | None = None, colour: str | None = None
-) -> AnyAxes:
+@picture.register
+def _runs(table: Table, ax: AnyAxes, x: str | None, colour: str | None) -> AnyAxes:
     """Steady dissipation of the runs of a study against one of its columns, see `plot_study`.
 
     A marker for each family of starts, a colour for each value of a column.

@@ -42,7 +42,7 @@ _WORK = "force times length"
 
 
 @picture.register
-def _trajectory(path: Trajectory, ax: AnyAxes = None) -> AnyAxes:
+def _trajectory(path: Trajectory, ax: AnyAxes) -> AnyAxes:
     """Panels for the nodes with the most work: shear against slip, and slip against time.
 
     Shear against slip has a panel for each tangent. The last panel shows the slip, in space its
@@ -76,7 +76,7 @@ def _trajectory(path: Trajectory, ax: AnyAxes = None) -> AnyAxes:
 
 
 @picture.register
-def _steady_state(steady: SteadyState, ax: AnyAxes = None) -> AnyAxes:
+def _steady_state(steady: SteadyState, ax: AnyAxes) -> AnyAxes:
     """Panels of the slip range, the tractions at the corners, and the work of friction per cycle.
 
     Without a width of the nodes, nodal forces are drawn instead of tractions. In space maps show
@@ -111,7 +111,7 @@ def _steady_state(steady: SteadyState, ax: AnyAxes = None) -> AnyAxes:
 
 
 @picture.register
-def _load_loop(loop: LoadLoop, ax: AnyAxes = None) -> AnyAxes:
+def _load_loop(loop: LoadLoop, ax: AnyAxes) -> AnyAxes:
     """Load against displacement, with a mark where nodes begin or cease to slip.
 
     If the size of the load is known, the axes are force and mean motion. If the loop is thin, the
@@ -178,7 +178,7 @@ def slip_and_work(states: Mapping[str, SteadyState]) -> list[tuple[str, dict[str
 
 
 @picture.register
-def _onset(onset: Onset, ax: AnyAxes = None) -> AnyAxes:
+def _onset(onset: Onset, ax: AnyAxes) -> AnyAxes:
     """Shear divided by friction bound of the bonded contact at the first slip towards each corner.
 
     In space only the first slip of all is drawn. Slipping nodes are circled.
