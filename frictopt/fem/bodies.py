@@ -276,7 +276,7 @@ def split_bodies(
     Parameters
     ----------
     mesh
-        The mesh, of a kind that a `Body` has, for example of `read_mesh("model.msh")`.
+        The mesh, for example from `read_mesh("model.msh")`; `Body` lists the kinds of meshes.
     materials
         Name of a subdomain -> material of the body; every element is in one of them. Or one
         Material: each part of the mesh that shares no edge (in space no face) with the others is a

@@ -64,7 +64,7 @@ class Modes(Shown, Plotted):
     frequency
         (n,) natural frequencies, cycles per unit of time; 0 for free rigid motions. The unit of
         time follows from the unit of the densities: the second if they are in tonne/mm^3 beside N
-        and mm, or in kg/m^3 beside N and m. These are Hz.
+        and mm, or in kg/m^3 beside N and m. The frequencies are then in Hz.
     shapes
         Body name -> (n, d, nodes) displacements, normalised to unit modal mass. A body with a
         `BoltPreload` has the nodes of its section twice.

@@ -166,7 +166,8 @@ class FatigueBand(Recorded, Plotted):
         Parameters
         ----------
         k_1, ND, SD
-            Exponent, and cycles at a value of the parameter, > 0. pyLife has the same names.
+            Exponent k_1, and the number ND of cycles at the value SD of the parameter; all > 0.
+            pyLife has the same names.
         slip
             Slip of the state of rest that assembly leaves, such as `SteadyState.slip`. None: zero.
 

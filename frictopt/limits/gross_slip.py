@@ -70,10 +70,11 @@ class GrossSlip(Explained):
     Attributes
     ----------
     load_factor
-        Above it no state of rest exists, from any start, for all slips and openings. Inf if the
-        loads drive no motion that only the contact holds; NaN if no load factor has a state of
-        rest. With a `self_stress` it is the load factor above which the transient that starts
-        without slip slides off, if that is smaller.
+        Above it no state of rest exists, from any start, for all slips and openings. Inf if
+        supports hold the bodies, or if contact forces within friction balance the loads at all load
+        factors from `least` on; NaN if no load factor has a state of rest. With a `self_stress` it
+        is the load factor above which the transient that starts without slip slides off, if that is
+        smaller.
     bound
         Upper bound of the load factor from equilibrium, also with a `self_stress`. It is `phi`
         times the reactions at load factor 0, divided by minus `phi` times the reactions of the

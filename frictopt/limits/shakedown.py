@@ -653,7 +653,7 @@ class ShakedownLimit(ShakedownAnswer):
         Solver, attempts and time. If no answer of the arrays passes the checks, plain cvxpy solves
         `problem`, and the solver is "cvxpy: CLARABEL". The `residual`, at most 1e-9, is the larger
         of the violation of the contact law by `slip` at the corners and the relative distance of
-        `bound`. The same two errors of `least` count if it is above 0. Without a finite limit it is
+        `bound`. If `least` is above 0, its two errors count, too. Without a finite limit it is
         the error of the proof.
     constraints
         Names of user constraints, and "objective" if you passed an objective. They are part of the
@@ -743,8 +743,8 @@ class ShakedownLimit(ShakedownAnswer):
         All openings and closings count; a slip bound and constraints do not. If the load factor
         scales normal loads of an uncoupled contact, the contact may slip above the limit and come
         to rest again at higher load factors (theory, "Normal loads that are scaled, too"). A
-        contact without pressure at all corners counts as at rest. An interval that is shorter than
-        1e-6 of its load factor, such as a single load factor, may be left out.
+        contact that is open at every corner counts as a contact at rest. An interval that is
+        shorter than 1e-6 of its load factor, such as a single load factor, may be left out.
 
         ModelError if slip changes pressures, if a node has no friction, or if fixed parts differ
         while normal loads are scaled: then only `least` and `load_factor` are known. SolverError if

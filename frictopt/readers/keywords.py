@@ -220,10 +220,10 @@ _CHANGES = (
 
 
 def ways_out(names_of: Mapping[str, str]) -> dict[str, str]:
-    """Refused block (by its name below) -> the way out.
+    """Name of a refused block -> what to do instead.
 
-    The argument has the names of all blocks with the same way out in one text: `KEYWORD`,
-    `KEYWORD,PARAMETER` or `KEYWORD,PARAMETER=VALUE`.
+    Names are `KEYWORD`, `KEYWORD,PARAMETER` or `KEYWORD,PARAMETER=VALUE`. The argument has the
+    names of all blocks with the same remedy in one text.
     """
     return {name: way for way, names in names_of.items() for name in names.split()}
 

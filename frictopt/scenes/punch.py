@@ -110,11 +110,11 @@ class PunchOnBlock(Scene):
 class PunchOnHalfPlane(PunchOnBlock):
     """Rectangular punch on a block that represents a half-plane, meshed in quadrilaterals.
 
-    The default has the size of the paper's scene. The bottom of the block is on rollers; one node
-    is held along x. The contact is `-half_width <= x <= half_width`, y = 0. Load cases, each of
-    unit traction: "P", pressure on the top of the punch; "sigma", tension on the two sides of the
-    block; "Q", shear along +x on the top of the punch. With a mean load of one "P", the load factor
-    of "sigma" is therefore `sigma / (P / 2a)`, where P is the total normal force.
+    The default has about as many unknowns as the paper's scene. The bottom of the block is on
+    rollers; one node is held along x. The contact is `-half_width <= x <= half_width`, y = 0. Load
+    cases, each of unit traction: "P", pressure on the top of the punch; "sigma", tension on the two
+    sides of the block; "Q", shear along +x on the top of the punch. With a mean load of one "P",
+    the load factor of "sigma" is therefore `sigma / (P / 2a)`, where P is the total normal force.
 
     Parameters
     ----------

@@ -32,8 +32,9 @@ KEY = 20
 def sketch(system: ContactSystem, cycle: LoadCycle) -> Array:
     """Numbers that distinguish a contact under a load cycle from others.
 
-    They are sums of its stiffness with fixed weights, in the units of its nodes, and its reactions,
-    gaps and strengths. Two contacts are the same if their sketches differ by 1e-9 at most.
+    They are weighted sums of each row of its scaled stiffness, with fixed weights, the scales, and
+    its reactions, gaps and strengths. Two contacts are the same if their sketches differ by 1e-9 at
+    most.
     """
     size = np.sqrt(np.diag(system.S).clip(0.0))
     size = np.maximum(size, _ROUNDING_OF_SIZE * size.max()) if size.any() else np.ones_like(size)

@@ -105,8 +105,7 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
     ) -> CornerAnswer:
         """The claim with the motion of multipliers.
 
-        The residual includes by how much the motion strains the bodies, and by how much nodes lift
-        less than friction needs.
+        The residual includes both errors of the motion, see `error_of_motion`.
         """
         phi = np.zeros(M)
         if y is not None:
@@ -153,7 +152,11 @@ def balance_program(rows: list[Rows], units: Array, sense: float) -> Arrays:
 
 
 def error_of_motion(question: Question, phi: Array) -> float:
-    """How far a motion phi (M,) of size 1 strains the bodies, or lifts less than friction needs."""
+    """The larger of two errors of a motion phi (M,) of size 1.
+
+    The first is the strain of the bodies. The second is the largest amount by which the lift of a
+    node is below friction times its slip.
+    """
     system = question.system
     *v, w = phi.reshape(-1, system.nodes)
     # A node whose surface shears off need not lift.

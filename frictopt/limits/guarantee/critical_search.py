@@ -275,7 +275,7 @@ def load_factor_bounds(question: Question) -> Array:
 
 
 def _settled_mechanisms(net_slips: Callable[[Array], Array], unit: Array) -> tuple[Array, Booleans]:
-    """Total slips a (N, N), a column for each mechanism; which mechanisms are admissible."""
+    """(N, N) total slips, one column for each mechanism; (N,) which mechanisms are admissible."""
     total_slip = -np.eye(len(unit))
     for _ in range(_ITERATIONS):
         net = np.linalg.norm(net_slips(total_slip), axis=0)

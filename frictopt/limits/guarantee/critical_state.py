@@ -119,7 +119,7 @@ def _at_both_bounds(friction: float, q: Array, p: Array) -> Array:
 
 
 def smallest_discs(centres: Array, radii: Array) -> tuple[Array, Array]:
-    """Smallest discs that contain n times K discs: centres (n, 2) and radii (n,).
+    """Centres (n, 2) and radii (n,) of the smallest discs that contain n groups of K discs.
 
     `centres` (n, K, 2) and `radii` (n, K) are those of the K discs; radii may be negative. The
     smallest disc around a few of them is computed. The disc that sticks out most is added to these

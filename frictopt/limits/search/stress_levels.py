@@ -93,8 +93,8 @@ def stress_terms(program: RestProgram, rates: Array) -> list[Term]:
 class Level(NamedTuple):
     """A value with one slip, and a proven bound for all slips.
 
-    The value is the largest value of some points, or the load factor of a crossing, at which a
-    parameter reaches a value. This load factor is inf if the parameter does not reach it.
+    The value is either the largest value over some points, or the load factor of a crossing, at
+    which a parameter reaches its allowable value: inf if it never does.
     """
 
     value: float
@@ -396,9 +396,9 @@ class StressCrossings:
     def _crossing(self, plane: Plane, tangent: float, least: float) -> Level:
         """The least load factor, from `least` on, at which a plane's function reaches the value.
 
-        If the parameter is the load factor times the function of the plane, this is a lower bound:
-        the function reaches the tangent that `allowable / load factor` has at the load factor
-        `tangent`.
+        If the parameter is the load factor times the function of the plane, the function reaches
+        `allowable / load factor` there. The program replaces this convex curve by its tangent at
+        the load factor `tangent`, which is below the curve. So the result is a lower bound.
         """
         value, fall = self.allowable, 0.0
         if self.name in NOT_NEGATIVE:

@@ -139,7 +139,8 @@ class NewtonIncrement(_Nodes):
         # (t + 1, N) dimensionless stiffness of each direction of each node.
         stiffness = (system.own_stiffness / system.stiffness_scale).reshape(-1, system.nodes)
         S = system.S / system.stiffness_scale
-        # All directions of a node have one c and d. The constants are in the units of the caller.
+        # c and d of Newton's method (`newton.py`) are the same in all directions of a node. The
+        # constants are in the units of the caller.
         augmentation = np.tile(stiffness.max(axis=0), (len(stiffness), 1))
         law = Law(S, self.contact_law.slopes, self.contact_law.constants, augmentation)
         super().__init__(law, sizes_of(S, stiffness), system.gap, system.stiffness_scale)
