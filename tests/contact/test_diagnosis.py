@@ -138,19 +138,28 @@ def test_a_path_that_ends_names_the_forces_at_its_end_and_not_the_mean_load():
 
 def test_increments_that_end_at_a_slide_name_it_and_its_forces():
     """Only friction holds two nodes along x and y. They are pressed by 1 each, and pulled along
-    (0.6, 0.8) by up to 0.75 each with f = 0.5. Where slip changes pressures, statics does not know
-    them, and increments go as far as friction holds."""
+    (0.6, 0.8) by up to 0.75 each with f = 0.5. Where slip may change pressures, statics does not
+    know them, and increments go as far as friction holds: up to 1 at both nodes.
+
+    In `wedged`, slip along x changes the sum of the pressures. After the first of four increments
+    the shear is 0.25 (-0.4, 1.6), within f p; no slide is proven for the second one."""
     loads = {"P": [0, 0, 0, 0, 1, 1], "Q": [0.6, 0.6, 0.8, 0.8, 0, 0]}
-    stretch = np.array([1.0, -1.0, 0.0, 0.0, 0.3, -0.3])
     apart = fo.ContactSystem(np.diag([0, 0, 0, 0, 1.0, 1.0]), [[0, 0, 0], [1, 0, 0]], loads)
+    stretch = np.array([1.0, -1.0, 0.0, 0.0, 0.3, -0.3])
     free = fo.ContactSystem(apart.S + np.outer(stretch, stretch), apart.points, loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
     slide_message = r"slides as a whole: the load at the corner \(Q = \+1\) has the shear force 1\.5 along \(-0\.6, -0\.8, 0\), above f P = 1;"
     with pytest.raises(fo.NoContinuation, match=slide_message):
         fo.march(apart, cycle, 0.5, 0.75, cycles=1, steps=4)
-    increment_message = r"increment 3 of 4: .* slide or open as a whole, .*: hold .*less \(there the contact has a normal force of 2 .* of 0\.75, of at most f p = 1"
-    with pytest.raises(fo.SolverError, match=increment_message):
+    increment_message = r"increment 3 of 4: .*slides as a whole: the load there has the shear force 1\.125 along .* above f P = 1;"
+    with pytest.raises(fo.NoContinuation, match=increment_message):
         fo.march(free, cycle, 0.5, 0.75, cycles=1, steps=4)
+    stretch = np.array([1.0, -1.0, 0.0, 0.0, -0.9, -0.9])
+    pulls = {"P": loads["P"], "Q": [-0.4, 1.6, 0, 0, 0, 0]}
+    wedged = fo.ContactSystem(apart.S + np.outer(stretch, stretch), apart.points, pulls)
+    forces_message = r"increment 2 of 4: .* slide or open as a whole, .*: hold .*less \(there the contact has a normal force of 2 .* of 0\.3, of at most f p = 1"
+    with pytest.raises(fo.SolverError, match=forces_message):
+        fo.march(wedged, cycle, 0.5, 1.0, cycles=1, steps=4)
     held = fo.ContactSystem(free.S + np.eye(6), free.points, loads)
     assert fo.march(held, cycle, 0.5, 0.75, cycles=1, steps=4).slip.any()
 
