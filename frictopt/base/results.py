@@ -271,20 +271,20 @@ class Plotted:
         without matplotlib; ModelError for another number of axes, or a contact in space that one
         map cannot show.
         """
-        return self._pictures().draw(self, ax)
+        return self._draw(ax)
 
-    def _pictures(self) -> Any:
-        """The file of pictures in the folder of this class, or of the class it is derived from."""
+    def _draw(self, ax: Any, **options: object) -> Any:
+        """Draw the picture of this class, or of the class it is derived from."""
         package = __name__.split(".")[0]
         modules = [base.__module__ for base in type(self).__mro__]
         ours = next(module for module in modules if module.split(".")[0] == package)
-        return pictures_of(ours)
+        return drawn(self, ours, ax, **options)
 
 
-def pictures_of(module: str) -> Any:
-    """The file of pictures in the folder of a module.
+def drawn(result: object, module: str, ax: Any, **options: object) -> Any:
+    """Draw a result by the file of pictures in the folder of a module, and return the axes.
 
-    It is imported here, because matplotlib is slow to import and need not be installed.
+    The file is imported here, because matplotlib is slow to import and need not be installed.
 
     Raises
     ------
@@ -298,7 +298,8 @@ def pictures_of(module: str) -> Any:
             "plots need matplotlib: python -m pip install 'frictopt[figures]'"
         ) from error
     package, room = module.split(".")[:2]
-    return import_module(f"{package}.{room}.pictures")
+    import_module(f"{package}.{room}.pictures")
+    return import_module(f"{package}.plots.style").draw(result, ax, **options)
 
 
 def frame(

@@ -24,7 +24,6 @@ from ..plots.style import (
     together,
     unit,
 )
-from ..plots.style import draw as draw
 from .components import frames_of
 from .diagnosis import in_contact
 from .law import lengths, most_shear

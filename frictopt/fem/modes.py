@@ -218,7 +218,7 @@ class Modes(Shown, Plotted):
         such mode.
         """
         numbers = range(len(self.frequency)) if k is None else [self._number(k)]
-        return self._pictures().draw(self, ax, numbers=numbers)
+        return self._draw(ax, numbers=numbers)
 
     def _number(self, k: int) -> int:
         return whole_number("k", k, least=0, most=len(self.frequency) - 1)

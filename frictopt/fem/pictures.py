@@ -30,7 +30,6 @@ from ..plots.style import (
     spread,
     together,
 )
-from ..plots.style import draw as draw
 from .bodies import Body
 from .bolts import BoltPreload
 from .contacts import Interference
@@ -43,12 +42,6 @@ from .recovery import BodyFields, von_mises
 from .sector import Cyclic
 from .supports import Support, nodes_of
 
-# Frame around the number of a contact.
-_FRAME = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "pad": 2.0}
-
-
-# Drawing order of numbers in space: above all faces, which matplotlib orders by their distance.
-_ABOVE = 1e3
 # Largest displacement of a mode in a picture, as a share of the size of the bodies.
 _BENT = 0.15
 
@@ -99,8 +92,10 @@ def _contacts(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
             draw_edges(axes, mesh, facets, color=BLACK, lw=2.5, label=label)
         if several:
             middle = mesh.p[:, mesh.facets[:, facets]].mean(axis=(1, 2))
-            name: Look = {"ha": "center", "va": "center", "bbox": _FRAME, "fontsize": "small"}
-            axes.text(*middle, str(number), zorder=_ABOVE, **name)
+            box: Look = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "pad": 2.0}
+            name: Look = {"ha": "center", "va": "center", "bbox": box, "fontsize": "small"}
+            # Above all faces, which matplotlib orders by their distance in space.
+            axes.text(*middle, str(number), zorder=1e3, **name)
 
 
 def _supports(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:

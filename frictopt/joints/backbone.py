@@ -164,7 +164,7 @@ class BackboneCurve(Kept, Plotted, Resonant):
         matplotlib is not installed, and ModelError for another number of axes, or for a `scale` if
         the load has no displacement.
         """
-        return self._pictures().draw(self, ax, scale=scale)
+        return self._draw(ax, scale=scale)
 
     @property
     def step_error(self) -> Array:

@@ -25,7 +25,6 @@ from ..plots.style import (
     together,
     unit,
 )
-from ..plots.style import draw as draw
 from .archard import WearHistory
 from .backbone import BackboneCurve
 from .curve_question import load_size

@@ -22,7 +22,6 @@ from ..plots.style import (
     picture,
     together,
 )
-from ..plots.style import draw as draw
 from .best_design.design import Design
 from .fatigue_band import FatigueBand
 from .fatigue_limit import FatigueLimit

@@ -12,9 +12,6 @@ from ..base import Array, Booleans, Integers
 from .bodies import finish_axes
 from .style import BLACK, GREY, SERIES, AnyAxes, Look, arrows, as_is, named, spread, together
 
-# Smallest and largest area of the point of a node, points^2.
-_POINT = 6.0, 250.0
-
 
 class Face(NamedTuple):
     """A map of a contact, or, without a name, of all contacts in one plane.
@@ -66,7 +63,7 @@ def face_map(
     for axes, face in zip(panels, faces, strict=True):
         ratio = _label_axes(axes, face)
         area = (10_000 if several else 45_000) * min(ratio, 1 / ratio)
-        sizes = np.clip(area * face.share, *_POINT)
+        sizes = np.clip(area * face.share, 6.0, 250.0)  # points^2
         near, of_face = closed[face.nodes], values[face.nodes]
         points = axes.scatter(*face.places[near].T, c=of_face[near], s=sizes[near], **colours)
         _rings(axes, face.places[~near], 0.6 * sizes[~near], "open node", GREY)

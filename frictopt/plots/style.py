@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from functools import singledispatch
 from io import BytesIO
 from math import ceil
@@ -63,7 +63,7 @@ def picture(result: object, ax: AnyAxes) -> AnyAxes:
     raise NotImplementedError(f"a {type(result).__name__} has no picture")
 
 
-def screen() -> AbstractContextManager[None]:
+def screen() -> Any:
     """Context for drawing a picture in a new figure, larger than on a journal page."""
     # This starts the backend before the context begins. The backend of notebooks switches
     # interactive mode on, and the end of the context would undo this.
@@ -75,8 +75,7 @@ def screen() -> AbstractContextManager[None]:
     }
     # So that a picture file is sharp in a report, also without an option of `savefig`.
     resolution: Look = {"figure.dpi": 150, "savefig.dpi": "figure"}
-    context: AbstractContextManager[None] = plt.rc_context({**RC, **sizes, **resolution})
-    return context
+    return plt.rc_context({**RC, **sizes, **resolution})
 
 
 def series(number: int, count: int = 1) -> Look:
@@ -174,12 +173,10 @@ def named(panels: Sequence[AnyAxes]) -> Look:
 
 def legend(axes: Axes, title: str | None = None) -> None:
     """Legend beside the axes, where it covers no data, in columns if it is long."""
-    # Largest number of names that fit beside a panel.
-    longest = 10
     names = named([axes])
     axes.legend(
         **names,
-        ncols=max(1, ceil(len(names["labels"]) / longest)),
+        ncols=max(1, ceil(len(names["labels"]) / 10)),  # ten names fit beside a panel
         loc="upper left",
         bbox_to_anchor=(1.0, 1.02),
         title=title,

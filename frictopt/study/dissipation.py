@@ -35,7 +35,7 @@ from ..base import (
     whole_number,
 )
 from ..base.checks import is_named
-from ..base.results import pictures_of
+from ..base.results import drawn
 from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients
 from ..errors import ModelError, SolverError, StoreError
 from ..limits import shakedown_limit
@@ -479,4 +479,4 @@ def plot_study(
     for name, column in (("x", x), ("colour", colour)):
         if column is not None:
             choice(name, column, list(table.columns))
-    return pictures_of(__name__).draw(table, ax, x=x, colour=colour)
+    return drawn(table, __name__, ax, x=x, colour=colour)

@@ -19,7 +19,6 @@ from ..plots.style import (
     series,
     unit,
 )
-from ..plots.style import draw as draw
 from ..transients.pictures import slip_and_work, work_map
 from .case import FAILED, SLIDES_OFF
 from .dissipation_range import DissipationRange

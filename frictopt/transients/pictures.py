@@ -29,7 +29,6 @@ from ..plots.style import (
     together,
     unit,
 )
-from ..plots.style import draw as draw
 from .fretting import slip_ways
 from .onset import Onset
 from .outcome import SteadyState
