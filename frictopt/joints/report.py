@@ -321,8 +321,7 @@ def report(
     thresholds = checked_limits(system, limits)
     whole_number("pages", pages, least=1, most=len(PAGES))
     with_mesh_limits = flag("mesh_limits", mesh_limits)
-    if show is not None and (isinstance(show, type) or not callable(show)):
-        raise ModelError(f"show: {show!r}; give a function of a text, such as print")
+    _check_shows(show)
     identity = _checked_identity(system, title, notes, life, model)
     origin = "" if file is None else _of_file(file)
     kept_in = None if store is None else file_path("store", store)
@@ -353,6 +352,11 @@ def report(
                 show(shown_page(parts.report(), page, pages))
         parts.leave_out_the_rest()
     return parts.report()
+
+
+def _check_shows(show: Any) -> None:
+    if show is not None and (isinstance(show, type) or not callable(show)):
+        raise ModelError(f"show: {show!r}; give a function of a text, such as print")
 
 
 def _checked_identity(

@@ -168,9 +168,7 @@ def load_at_threshold(
     trials = 0
     shift = -_BEYOND * tolerance
     while True:
-        keep = [factor for factor, value in known.items() if value <= threshold]
-        high = min(known.keys() - keep, default=np.inf)
-        low = max((factor for factor in keep if factor < high), default=0.0)
+        low, high = _bracket(known, threshold)
         if high == np.inf:
             if low >= end:
                 return low, high
@@ -188,6 +186,17 @@ def load_at_threshold(
                     trial = guess
         known[trial] = value_at(trial)
         shift = abs(shift) if known[trial] <= threshold else -abs(shift)
+
+
+def _bracket(known: Mapping[float, float], threshold: float) -> tuple[float, float]:
+    """The ends of the bracket of known load factors in which values begin to exceed a threshold.
+
+    The upper end is the least one whose value exceeds it, inf if none does. The lower end is the
+    largest one below it whose value does not.
+    """
+    keep = [factor for factor, value in known.items() if value <= threshold]
+    high = min(known.keys() - keep, default=np.inf)
+    return max((factor for factor in keep if factor < high), default=0.0), high
 
 
 def first_state_that_reaches(

@@ -78,10 +78,12 @@ def cards(path: Path, what: str, names: tuple[str, ...]) -> list[Card]:
                 "continue it on the next line"
             )
         previous = line
-    for card in found:
-        while card.fields and not card.fields[-1]:
-            card.fields.pop()
-    return [card for card in found if card.name in names]
+    return [_without_blanks_at_end(card) for card in found if card.name in names]
+
+
+def _without_blanks_at_end(card: Card) -> Card:
+    count = max((i for i, field in enumerate(card.fields, start=1) if field), default=0)
+    return Card(card.name, card.fields[:count])
 
 
 def split(text: str) -> Line:
