@@ -43,7 +43,8 @@ _TOLERANCE = 2e-4
 # error due to the increments.
 _STEPS_IN_SPACE = 2
 _TOLERANCE_IN_SPACE = 1e-3
-# Number of cycles of a transient that does not settle, for instance because a body drifts.
+# Number of cycles after which a transient that has not settled is no longer followed, for instance
+# because a body drifts.
 _MOST_CYCLES = 100
 # In space: ratio of numbers of increments. The finer ones confirm that there is no state.
 _FINER = 4
@@ -75,6 +76,7 @@ def sliding_off(
     # Imported here, because limits of other contacts need neither transients nor their compiler.
     from ...transients.cycles import Run
     from ...transients.march import path_of
+    from ...transients.steady import MOST_CYCLES
 
     steps = None
     tolerance = _TOLERANCE
@@ -90,7 +92,9 @@ def sliding_off(
 
     def follow_all_cycles(load_factor: float) -> None:
         path = path_of(system, cycle, friction, load_factor, steps=steps)
-        run = Run(path.start(), 2 * _MOST_CYCLES, bar.update)
+        # A run that gives up by itself raises an error, as if the transient ended. It is left long
+        # before it does so.
+        run = Run(path.start(), MOST_CYCLES, bar.update)
         while run.cycles < _MOST_CYCLES and run.advance() is None:
             pass
 
