@@ -19,10 +19,11 @@ INFINITE = (
 )
 """Assumption: the load factor grows without bound along safe slips."""
 NO_EVENTS = "; no transient at a small load factor comes to rest with nodes that open and close"
-"""Assumption: the search of events begins with such transients; without events no slip is safe."""
-CALL_WITH_EVENTS = "; a state of rest with nodes that open and close may exist: pass events=True"
-"""Assumption: the load returns along its path, so that nodes can open and close in a state of rest.
+"""Assumption: without events no slip is safe, and the search of events begins with transients at
+small load factors.
 """
+CALL_WITH_EVENTS = "; a state of rest with nodes that open and close may exist: pass events=True"
+"""Assumption: the load returns along its path, so nodes can open and close in a state of rest."""
 NO_BOUND = (
     "the search finds no safe {slip} above it{node_states}; fixed and scaled loads both vary where "
     "nodes open or close, so that no bound is proven, and lower load factors may have no safe slip"
@@ -36,17 +37,15 @@ BETWEEN = (
     "the limit is between {lower:.6g} and {upper:.6g} (gap {gap:.2g} %){node_states}: a {slip} is "
     "safe at the lower number, and none is above the upper one; {steps} steps{stopped}"
 )
-"""Assumption: a gap is given; the lower number is proven by its slip, the upper one by its
-mechanism.
-"""
+"""Assumption: a gap is passed; a slip proves the lower number, and a mechanism the upper one."""
 STOPPED_WIDE = "; stopped with a wider gap than {gap:g}, which was asked: {remedy}"
-"""Assumption: the steps of the method are used up."""
+"""Assumption: if the method stopped, its steps are used up."""
 HIGHER_WITH_OTHERS_OPEN = "; with other nodes open it may be higher"
 """Assumption: some nodes stay open."""
 NOT_HIGHER_WITH_OTHERS_OPEN = "; with other nodes open all through the cycle it is not higher"
 """Assumption: branch and bound has compared all sets of nodes that stay open."""
 BOUND_COVERS = "; the dual bound covers them"
-"""Assumption: there are user constraints, which are named before."""
+"""Assumption: "them" are user constraints, which the reason names."""
 STATIC = (
     "; under this static load the contact may open nodes and come to rest above the limit, "
     "until a body slides off (bound_for_all)"
@@ -63,13 +62,13 @@ CHOSEN = (
     "no safe residual slip makes the objective larger; the load factor is the load factor of "
     "this slip, not a limit"
 )
-"""Assumption: the user has an objective."""
+"""Assumption: the user passes an objective."""
 CONTRADICTED = (
     "no residual slip that is safe at any load factor{node_states} obeys {rows}: drop or relax them"
 )
 """Assumption: user constraints are among the rows that contradict each other."""
 ONLY_SLIP_PRESSES = "; only residual slip presses node {node}{contact}, which governs the limit"
-"""Assumption: all nodes are closed, and the mean load alone would open this node."""
+"""Assumption: all nodes are closed, and without slip the mean load would open this node."""
 BELONGS_TO_MESH = (
     "; node {node}{contact} governs, next to open nodes, where pressure falls to zero: the limit "
     "depends on the mesh, and falls as elements shrink there"
@@ -161,7 +160,7 @@ WEDGED = (
 ONLY_AT_LEAST = (
     "; {nodes} critical only at the least safe load factor {least:.6g}, which does not cause slip"
 )
-"""Assumption: these nodes are critical at only one load factor."""
+"""Assumption: these nodes are critical at no load factor above the least safe one."""
 SAME_LIMIT = "lambda_1 is lambda_2, because {cause}: {reason}"
 """Assumption: no node is critical below lambda_2."""
 LIFTING = "; starts with nodes that open and close in every cycle may slip for ever below it"
@@ -180,30 +179,30 @@ NO_SLIP_IS_SAFE = (
     "no residual slip{within} is safe at this load factor{node_states}; shakedown_limit gives the "
     "load factors with a safe slip; without residual slip {mean}"
 )
-"""Assumption: the same nodes are closed at all corners; with nodes that open and close, the contact
-may also shake down.
+"""Assumption: the same nodes are closed at all corners; if nodes open and close, the contact may
+shake down.
 """
 NOR_WITH_SOME_OPEN = (
     " with all nodes closed, or with the open nodes that the search finds ({opened}); with other "
     "nodes open a slip may be safe"
 )
-"""Assumption: the same nodes are closed at all corners; with nodes that open and close, the contact
-may also shake down.
+"""Assumption: the same nodes are closed at all corners; if nodes open and close, the contact may
+shake down.
 """
 
 NO_REST_THERE = (
     "no state of rest exists at this load factor, for all openings and closings: the contact is "
     "uncoupled (B = 0), and {cause}"
 )
-"""Assumption: B = 0, all nodes have friction, nodes open and close at this load factor; no
-slip bound and no user constraints.
+"""Assumption: B = 0, all nodes have friction, and nodes open and close at this load factor; there
+is no slip bound and no user constraint.
 """
 TOO_LITTLE_FRICTION = (
     "friction holds no slip at all instants; shakedown_limit gives the load factors with a state "
     "of rest"
 )
-"""Assumption: B = 0, all nodes have friction, nodes open and close at this load factor; no
-slip bound and no user constraints.
+"""Assumption: B = 0, all nodes have friction, and nodes open and close at this load factor; there
+is no slip bound and no user constraint.
 """
 
 # Required friction
@@ -222,9 +221,7 @@ REQUIRED_BETWEEN = (
     "closed: a residual slip is safe with the upper number, and none is with the lower one; "
     "{steps} steps{stopped}"
 )
-"""Assumption: a gap is given; the upper number is proven by its slip, the lower one by its
-mechanism.
-"""
+"""Assumption: a gap is passed; a slip proves the upper number, and a mechanism the lower one."""
 ENOUGH_WITH_EVENTS = (
     "; with this friction nodes open and close in each cycle; with less friction the search finds "
     "no such state of rest"
@@ -238,43 +235,43 @@ NOT_FROM_EVERY_START = (
 )
 """Assumption: slip changes the pressure of some node."""
 NONE_IS_ENOUGH = "no friction is enough to keep all nodes closed: {why}"
-"""Assumption: all nodes are closed; with open nodes, friction may not be needed."""
+"""Assumption: all nodes are closed; with open nodes, some friction may be enough."""
 NONE_STOPS_IT = "no friction is enough: {why}"
-"""Assumption: B = 0, all nodes have friction, nodes open and close at this load factor; no
-slip bound and no user constraints.
+"""Assumption: B = 0, all nodes have friction, and nodes open and close at this load factor; there
+is no slip bound and no user constraint.
 """
 LOADS_OPEN = (
     "under any residual slip{within}, the loads open one of these nodes ({where}) at some "
     "corner: press them"
 )
-"""Assumption: all nodes are closed; with open nodes, friction may not be needed."""
+"""Assumption: all nodes are closed; with open nodes, some friction may be enough."""
 
 # Safe regions
 
 SIDES = "{opened}beyond each side its mechanism slips for ever{node_states}"
-"""Assumption: the limit under both loads has the same closed nodes."""
+"""Assumption: the closed nodes are the closed nodes of the limit under both loads."""
 GAP_OF_SIDES = "; amplitudes between points and sides, up to {gap:.1e} apart, are undecided"
-"""Assumption: the limit under both loads has the same closed nodes."""
+"""Assumption: the closed nodes are the closed nodes of the limit under both loads."""
 NO_AMPLITUDES = "no amplitudes are safe: {limit}"
-"""Assumption: the limit under both loads has the same closed nodes."""
+"""Assumption: the closed nodes are the closed nodes of the limit under both loads."""
 NO_AMPLITUDES_ABOVE_ZERO = "no amplitudes above 0 are safe: {limit}"
-"""Assumption: the limit under both loads has the same closed nodes."""
+"""Assumption: the closed nodes are the closed nodes of the limit under both loads."""
 ALL_AMPLITUDES = "all amplitudes are safe: {limit}"
-"""Assumption: the limit under both loads has the same closed nodes."""
+"""Assumption: the closed nodes are the closed nodes of the limit under both loads."""
 ONE_UNLIMITED = "the amplitude of {load!r} has no limit: it shears no node beyond its bound"
-"""Assumption: the limit under both loads has the same closed nodes."""
+"""Assumption: the closed nodes are the closed nodes of the limit under both loads."""
 
 # Designs
 
 BEST_DESIGN = "{opened}no design within the constraints is better{node_states}"
-"""Assumption: the nodes of `opens` stay open in each scenario, all others closed."""
+"""Assumption: in each scenario the nodes of `opens` stay open, and all others stay closed."""
 BEST_SAFE_DESIGN = (
     "{opened}no design within the constraints that is also safe under the mean load is better"
     "{node_states}"
 )
-"""Assumption: the nodes of `opens` stay open in each scenario, all others closed."""
+"""Assumption: in each scenario the nodes of `opens` stay open, and all others stay closed."""
 OTHER_DESIGNS_OPEN = "; with other nodes open a design may be better"
-"""Assumption: the nodes of `opens` stay open in each scenario, all others closed."""
+"""Assumption: in each scenario the nodes of `opens` stay open, and all others stay closed."""
 NO_OTHER_DESIGNS_OPEN = ", and none with other nodes open"
 """Assumption: branch and bound has compared all sets of nodes that stay open."""
 
@@ -283,30 +280,30 @@ NO_OTHER_DESIGNS_OPEN = ", and none with other nodes open"
 HELD = "supports hold the bodies, so the contact need not prevent any rigid motion"
 """Assumption: the stiffness has no rigid motion that only the contact prevents."""
 UNBALANCED = "forces within {bounds} cannot balance {load}: {motion}"
-"""Assumption: the system has these supports and loads; its stiffness matters only by its rigid
-motions.
+"""Assumption: the supports and loads are those of the system. Of its stiffness, only the rigid
+motions matter.
 """
 ABOVE = "above it no state of rest exists, for all slips and openings: {unbalanced}"
-"""Assumption: the system has these supports and loads; its stiffness matters only by its rigid
-motions.
+"""Assumption: the supports and loads are those of the system. Of its stiffness, only the rigid
+motions matter.
 """
 BELOW = "; below {least:.4g} no contact forces balance {load}: {motion}"
-"""Assumption: the system has these supports and loads; its stiffness matters only by its rigid
-motions.
+"""Assumption: the supports and loads are those of the system. Of its stiffness, only the rigid
+motions matter.
 """
 NO_STATE = "no load factor has a state of rest, not even 0: {unbalanced}"
-"""Assumption: the system has these supports and loads; its stiffness matters only by its rigid
-motions.
+"""Assumption: the supports and loads are those of the system. Of its stiffness, only the rigid
+motions matter.
 """
 APART = (
     "no load factor has a state of rest: {lower} needs at least {least:.4g}, "
     "{upper} at most {largest:.4g}"
 )
-"""Assumption: the system has these supports and loads; its stiffness matters only by its rigid
-motions.
+"""Assumption: the supports and loads are those of the system. Of its stiffness, only the rigid
+motions matter.
 """
 ALL_BALANCED = "forces within {bounds} balance the loads at all load factors{start}"
-"""Assumption: forces within friction balance the loads; the contact may or may not reach them."""
+"""Assumption: forces within friction balance the loads; the contact need not reach these forces."""
 SELF_STRESSED = (
     "contact forces balance themselves here, so equilibrium does not determine the pressure of "
     "the fit: {statics}"
