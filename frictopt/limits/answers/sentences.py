@@ -280,27 +280,27 @@ NO_OTHER_DESIGNS_OPEN = ", and none with other nodes open"
 HELD = "supports hold the bodies, so the contact need not prevent any rigid motion"
 """Assumption: the stiffness has no rigid motion that only the contact prevents."""
 UNBALANCED = "forces within {bounds} cannot balance {load}: {motion}"
-"""Assumption: the supports and loads are those of the system. Of its stiffness, only the rigid
-motions matter.
+"""Assumption: the system has these supports and loads. Of its stiffness, only the rigid motions
+matter.
 """
 ABOVE = "above it no state of rest exists, for all slips and openings: {unbalanced}"
-"""Assumption: the supports and loads are those of the system. Of its stiffness, only the rigid
-motions matter.
+"""Assumption: the system has these supports and loads. Of its stiffness, only the rigid motions
+matter.
 """
 BELOW = "; below {least:.4g} no contact forces balance {load}: {motion}"
-"""Assumption: the supports and loads are those of the system. Of its stiffness, only the rigid
-motions matter.
+"""Assumption: the system has these supports and loads. Of its stiffness, only the rigid motions
+matter.
 """
 NO_STATE = "no load factor has a state of rest, not even 0: {unbalanced}"
-"""Assumption: the supports and loads are those of the system. Of its stiffness, only the rigid
-motions matter.
+"""Assumption: the system has these supports and loads. Of its stiffness, only the rigid motions
+matter.
 """
 APART = (
     "no load factor has a state of rest: {lower} needs at least {least:.4g}, "
     "{upper} at most {largest:.4g}"
 )
-"""Assumption: the supports and loads are those of the system. Of its stiffness, only the rigid
-motions matter.
+"""Assumption: the system has these supports and loads. Of its stiffness, only the rigid motions
+matter.
 """
 ALL_BALANCED = "forces within {bounds} balance the loads at all load factors{start}"
 """Assumption: forces within friction balance the loads; the contact need not reach these forces."""
