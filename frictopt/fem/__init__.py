@@ -1,9 +1,10 @@
 """Finite-element models of a contact, condensed to its interface.
 
-Meshes of scikit-fem, or matrices of any code, come in. A `ContactSystem` comes out: the stiffness S
-of the relative motions z of the node pairs, and the bonded reactions of each load case. K is the
-stiffness of the separate bodies. The displacements are `u = T y`, where y consists of the
-displacements inside the bodies and of z. S is the Schur complement of z in `T^T K T`.
+The input is meshes of scikit-fem, or matrices of any finite-element code. The result is a
+`ContactSystem`: the stiffness S of the relative motions z of the node pairs, and the bonded
+reactions of each load case. K is the stiffness of the separate bodies. The displacements are
+`u = T y`, where y consists of the displacements inside the bodies and of z. S is the Schur
+complement of z in `T^T K T`.
 
 | file | what is in it |
 |---|---|

@@ -20,7 +20,7 @@ from .elasticity import (
 )
 from .loads import Part
 
-# Share of its extent by which a section may leave its plane: decks have few digits.
+# A section may leave its plane by this share of its extent: coordinates in decks have few digits.
 _FLAT = 1e-3
 
 
@@ -36,7 +36,7 @@ class BoltPreload(Part):
     do not change its tension. Other codes call this a pretension section whose length is not
     locked.
 
-    The faces of a locked bolt keep their distance after tightening, and its tension changes with
+    After tightening, the faces of a locked bolt keep their distance, and the tension changes with
     the loads. The bolt then carries a part of a pull along its axis, and the contact loses less
     pressure. The amplitude of its load case multiplies the distance by which the faces have come
     together. Amplitude 1 gives the force in the glued bodies if no other load acts.
@@ -56,8 +56,8 @@ class BoltPreload(Part):
         Tension, force; per depth in the plane, of the whole circumference if axisymmetric; half of
         the tension if symmetry halves the bolt. Above 0 if the bolt is locked.
     locked
-        Whether its length is kept once it is tightened. It must then be the only load of its load
-        case, and must not be in another one.
+        Whether the bolt keeps its length once it is tightened. A locked bolt must be the only load
+        of its load case, and must not be in another load case.
 
     Raises
     ------

@@ -68,8 +68,8 @@ def condense(
     ----------
     K
         (n, n) sparse symmetric stiffness, force per length; in the plane also per depth, like all
-        forces. A body is free if the stiffness of its supports is below 1e-9 of its own stiffness,
-        in the mean of its nodes: so little is rounding.
+        forces. A body counts as free if, in the mean of its nodes, the stiffness of its supports is
+        below 1e-9 of its own stiffness, which is no more than rounding.
     loads
         Load case name -> (n,) nodal forces on the unknowns under the unit load.
         `ContactSystem.with_interference` adds interferences.
@@ -83,10 +83,10 @@ def condense(
         the plane the tangent is the normal turned by -90 degrees: normal +y, tangent +x. In space
         the first tangent is x minus its part along the normal (y if the normal is nearly x). The
         second tangent is the cross product of normal and first tangent: normal z has the tangents x
-        and y. Coordinates of few digits can wedge a body that is free to slide. If its motion opens
-        no pair by more than 1e-4 of the slip, the normals are therefore turned until it slides; a
-        taper below 1e-4 is lost. A body with three sliding motions, as on a plane in space or in a
-        ball, needs normals with all digits.
+        and y. Coordinates of few digits can wedge a body that is free to slide. If sliding opens
+        no pair by more than 1e-4 of the slip, the normals are therefore turned until the body
+        slides freely; a taper below 1e-4 is lost. A body with three sliding motions, as on a plane
+        in space or in a ball, needs normals with all digits.
     unknowns
         (nodes, d) rows of K of the displacements of each node in x, y (and z). It is -1 if K has no
         row because the displacement is held at zero. It is -2 if K has no row because the
@@ -98,9 +98,9 @@ def condense(
         have them in the column `deck_node`.
     held
         Rows of K whose displacements are zero. On a plane of symmetry, hold both nodes of a pair
-        across the plane: then the pair does not slip across it, and its normal is put into the
-        plane. If the nodes of a pair do not match, the rest of the pair must lie on one side of the
-        plane.
+        across the plane: the pair then does not slip across the plane, and its normal is turned
+        into the plane. If the nodes of a pair do not match, the rest of the pair must lie on one
+        side of the plane.
     generalised
         Rows of K that are generalised coordinates, such as rotations, and modal amplitudes of a
         reduced model. They are free, and eliminated with the nodes; loads may act on them.
@@ -288,7 +288,7 @@ def condensed(
 
 
 def checked_motions(glued: Glued) -> Array:
-    """(k, motions) relative motions in the free rigid motions; each of these must cause some."""
+    """(k, motions) relative motions due to free rigid motions; each of these must cause some."""
     check_supports(glued)
     relative = glued.interface.relative(glued.motions, glued.unknowns)
     sizes = np.linalg.svd(relative, compute_uv=False)

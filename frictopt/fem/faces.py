@@ -12,7 +12,7 @@ from ..contact.components import frames_of
 from ..errors import ModelError
 
 # The nodes of a facet are nodes of the contact if at least this share of the facet faces the other
-# face. It is not all of it, because ends and rims of round faces miss each other by their sag.
+# face. It is below 1, because ends and rims of round faces miss each other by their sag.
 FACED = 0.5
 
 
@@ -126,7 +126,7 @@ def neighbours(
 def ordered_nodes(face: Face, argument: str) -> Integers:
     """Nodes of a face in the plane, in order, with the body on the left.
 
-    The facets form one line. Error messages call them `argument`.
+    The facets form one line. `argument` is their name in error messages.
     """
     lines = lines_along(face.facets, face.points, argument)
     if len(lines) > 1:

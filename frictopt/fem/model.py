@@ -68,9 +68,9 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
     contacts
         The contacts, with different names. Without any, two bodies, the first of them body 1, meet
         along the boundary "contact" of both. A corner node belongs to all contacts whose faces end
-        there. If its motion in the last of them follows from its motions in the others, it has no
-        pair in that contact, and the next node of that contact represents both. If the faces
-        continue smoothly, the node belongs to the first contact only.
+        there. If its motion in the last of these contacts follows from its motions in the others,
+        it has no pair in the last contact, whose next node represents both nodes. If the faces
+        continue smoothly, the corner node belongs to the first contact only.
     kinematics
         For plane meshes "plane_strain" (or None), "plane_stress", or "axisymmetric"; for meshes in
         space "space" (or None). In axisymmetric models x is the radius, and x = 0 the axis.
@@ -167,7 +167,7 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
         return loads
 
     def _doubts(self, kinematics: Kinematics) -> Iterator[str]:
-        """Warnings of what may not be meant in a model: units, meshes, faces and free nodes."""
+        """Warnings of likely mistakes in a model: units, meshes, faces and free nodes."""
         for contact, joint in zip(self.contacts, self._assembly.joints, strict=True):
             names = contact.body_1, contact.body_2
             if joint.beyond > 0:
@@ -430,10 +430,10 @@ def locking(bodies: Mapping[str, Body], kinematics: Kinematics) -> Iterator[str]
 
 
 def incompressible(bodies: Mapping[str, Body], kinematics: Kinematics) -> str:
-    """Words, before an error, on a body with nu next to 0.5 that may cause it; empty if none does.
+    """Text to put before an error that a body with nu close to 0.5 may cause; empty without one.
 
-    Its stiffness is nearly all resistance to a change of volume. The resistance to a change
-    of shape, on which supports and contacts depend, has few digits in it, or none.
+    The stiffness of this body is nearly all resistance to a change of volume. The resistance
+    to a change of shape, on which supports and contacts depend, then has few exact digits or none.
     """
     for name, body in bodies.items():
         ratio = 1 / (1 - 2 * body.material.nu)
