@@ -71,9 +71,9 @@ ZERO_LOAD_FACTOR = ROUNDING
 # The error of a value is relative to the value, or to this share of its unit if that is larger.
 FLOOR = 1e6 * RESIDUAL
 
-# How far a proof by multipliers reaches although they have rounding errors: it holds for unknowns
-# up to this number of their units. If a solution is only rough, it also holds for unknowns that
-# are larger than those of the solution by this factor.
+# How far a proof by multipliers reaches, although multipliers have rounding errors: the proof holds
+# for unknowns up to this number of their units. If a solution is only rough, the proof also holds
+# for unknowns up to this factor times those of the solution.
 FAR = 1e-3 / RESIDUAL
 
 # A cycle that starts from a steady state returns to this state up to this share of the largest

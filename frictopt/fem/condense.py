@@ -69,7 +69,7 @@ def condense(
     K
         (n, n) sparse symmetric stiffness, force per length; in the plane also per depth, like all
         forces. A body counts as free if, in the mean of its nodes, the stiffness of its supports is
-        below 1e-9 of its own stiffness, which is no more than rounding.
+        below 1e-9 of its own stiffness: so small a part is no more than rounding.
     loads
         Load case name -> (n,) nodal forces on the unknowns under the unit load.
         `ContactSystem.with_interference` adds interferences.

@@ -43,9 +43,9 @@ _TOLERANCE = 2e-4
 # error due to the increments.
 _STEPS_IN_SPACE = 2
 _TOLERANCE_IN_SPACE = 1e-3
-# Number of cycles after which a transient that has not settled is no longer followed, for instance
-# because a body drifts.
-_MOST_CYCLES = 100
+# A transient that has not settled after this number of cycles, for instance because a body drifts,
+# is followed no further.
+_FOLLOWED_CYCLES = 100
 # In space: ratio of numbers of increments. The finer ones confirm that there is no state.
 _FINER = 4
 
@@ -95,7 +95,7 @@ def sliding_off(
         # A run that gives up by itself raises an error, as if the transient ended. It is left long
         # before it does so.
         run = Run(path.start(), MOST_CYCLES, bar.update)
-        while run.cycles < _MOST_CYCLES and run.advance() is None:
+        while run.cycles < _FOLLOWED_CYCLES and run.advance() is None:
             pass
 
     if np.isfinite(statics):
