@@ -7,7 +7,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from frictopt.plots.along import circle, friction_bounds
+from frictopt.plots.along import friction_bounds
+from frictopt.plots.style import rings
 from studies.limits import REACTIONS
 from studies.tables import Table
 
@@ -76,15 +77,8 @@ def _ratio(axes: Any, rows: pd.DataFrame, large: float) -> None:
             label=name,
         )
         marked = part[part["share"] >= large]
-        circle(
-            axes,
-            marked["x"],
-            marked["ratio"],
-            marked["ratio"],
-            500 * marked["share"],
-            series["color"],
-            None,
-        )
+        sizes = 500 * marked["share"]
+        rings(axes, marked[["x", "ratio"]].to_numpy(), sizes, None, series["color"])
     axes.set_ylim(-1.2, 1.2)
 
 

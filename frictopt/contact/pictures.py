@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..base import RESIDUAL, Array, Booleans, Integers
-from ..plots.along import along, circle, friction_bounds, label_panels, lines_or_band
+from ..plots.along import along, friction_bounds, label_panels, lines_or_band
 from ..plots.bodies import finish_axes
 from ..plots.face import Face, face_map
 from ..plots.style import (
@@ -20,6 +20,7 @@ from ..plots.style import (
     legend,
     new_axes,
     picture,
+    rings,
     spread,
     together,
     unit,
@@ -128,6 +129,13 @@ def node_at(system: ContactSystem, node: int) -> str:
     return f"{name} at ({place})"
 
 
+def traction_axis(system: ContactSystem, traction: str, force: str) -> tuple[float | Array, str]:
+    """The widths by which nodal forces are divided, 1 if unknown, and the name of their axis."""
+    if system.width is None:
+        return 1.0, f"{force}\n{unit('force', system.per_depth)}"
+    return system.width, f"{traction}\n(force per area)"
+
+
 def work_label(system: ContactSystem) -> str:
     """Name of the axis of the work of friction per cycle."""
     return f"work of friction per cycle\n{unit('force times length', system.per_depth)}"
@@ -179,8 +187,10 @@ def shear_ratios(
     label: str | None = circles_label
     for corner in [corner for corner in looks if corner in circles]:
         nodes, senses, areas = circles[corner]
-        color = looks[corner]["color"]
-        circle(axes, system.x[nodes], ratio[corner, nodes], senses, areas, color, label)
+        # A node without a friction bound has its circle at the bound that opposes its slip.
+        shown = ratio[corner, nodes]
+        places = [system.x[nodes], np.where(np.isfinite(shown), shown, np.negative(senses))]
+        rings(axes, np.column_stack(places), areas, label, looks[corner]["color"])
         label = None
     # The axis ends at 3 at most. Otherwise a node with almost no pressure would flatten all other
     # lines.
@@ -224,10 +234,7 @@ def _system(system: ContactSystem, ax: AnyAxes) -> AnyAxes:
     finish_axes(upper, ends, length)
     if below:
         upper.set(adjustable="datalim")
-        name = "bonded pressure\n(force per area)"
-        if system.width is None:
-            name = f"bonded normal force\n{unit('force', system.per_depth)}"
-        width = 1.0 if system.width is None else system.width
+        width, name = traction_axis(system, "bonded pressure", "bonded normal force")
         pressures = {f"{as_is(case)} = 1": p / width for case, (_, p) in system.bonded.items()}
         along(below, system, [(name, pressures)])
     return together(panels)

@@ -81,7 +81,8 @@ def _backbone(curve: BackboneCurve, ax: AnyAxes, scale: float | None) -> AnyAxes
         x = finite_number("scale", scale, above=0.0) * curve.displacement
         label = "amplitude at the point (length)"
     has_stiffness = bool(np.isfinite(curve.stiffness).any())
-    panels = new_axes(ax, *((4, (6.4, 9.0)) if has_stiffness else (2, (6.4, 5.4))))
+    count = 4 if has_stiffness else 2
+    panels = new_axes(ax, count, (6.4, 1.8 + 1.8 * count))
     work, share, *others = panels
     _draw_work(work, x, curve)
     contacts = curve.by_contact.groupby("contact", sort=False)

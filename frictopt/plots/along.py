@@ -6,7 +6,6 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import ArrayLike
 
 from ..base import Array, runs
 from .style import BLACK, GREY, POINTS, SERIES, Look, as_is, legend, line
@@ -112,18 +111,3 @@ def friction_bounds(ax: Axes, bound: str = "(f p)") -> None:
     ax.axhline(-1.0, color=GREY, lw=0.8)
     ax.axhline(1.0, color=GREY, lw=0.8, label=r"friction bound $\pm 1$")
     ax.set_ylabel(rf"$q / {bound}$")
-
-
-def circle(
-    ax: Axes,
-    x: ArrayLike,
-    ratio: ArrayLike,
-    sense: ArrayLike,
-    area: ArrayLike,
-    color: str,
-    label: str | None,
-) -> None:
-    """Draw circles round nodes at q / (f p); if that is NaN, at the bound opposed to their slip."""
-    places = np.where(np.isfinite(ratio), ratio, np.negative(sense))
-    look: Look = {"facecolors": "none", "edgecolors": color, "linewidths": 1.2, "zorder": 3}
-    ax.scatter(x, places, s=area, label=label, **look)

@@ -89,7 +89,7 @@ def legend_of_bodies(axes: AnyAxes, ax: AnyAxes) -> None:
     if axes.name != "3d":
         axes.figure.set_layout_engine("compressed")
         place = {"loc": "outside right upper"}
-    axes.figure.legend(**named([axes]), handlelength=2.2, **place)
+    axes.figure.legend(**named([axes]), **place)
 
 
 def finish_axes(axes: AnyAxes, ends: Array, room: float) -> None:

@@ -10,7 +10,7 @@ from matplotlib.transforms import offset_copy
 
 from ..base import Array, Booleans, Integers
 from .bodies import finish_axes
-from .style import BLACK, GREY, SERIES, AnyAxes, Look, arrows, as_is, named, spread, together
+from .style import BLACK, GREY, SERIES, AnyAxes, Look, arrows, as_is, named, rings, spread, together
 
 
 class Face(NamedTuple):
@@ -66,7 +66,7 @@ def face_map(
         sizes = np.clip(area * face.share, 6.0, 250.0)  # points^2
         near, of_face = closed[face.nodes], values[face.nodes]
         points = axes.scatter(*face.places[near].T, c=of_face[near], s=sizes[near], **colours)
-        _rings(axes, face.places[~near], 0.6 * sizes[~near], "open node", GREY)
+        rings(axes, face.places[~near], 0.6 * sizes[~near], "open node", GREY)
         if np.isnan(of_face[near]).any():
             axes.plot([], [], "o", color=GREY, label="node without friction bound")
         if slip is not None:
@@ -74,7 +74,7 @@ def face_map(
         if circled is not None:
             ringed = circled[0][face.nodes] > 0
             areas = circled[0][face.nodes][ringed]
-            _rings(axes, face.places[ringed], areas, circled[1], SERIES[1]["color"])
+            rings(axes, face.places[ringed], areas, circled[1], SERIES[1]["color"])
 
     if several:
         title = "\n".join(fill(part, 45) for part in panels[0].get_title().splitlines())
@@ -91,13 +91,6 @@ def face_map(
         place: Look = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0)}
         axes.legend(**names, **place, bbox_transform=below, ncols=1 if several else 2)
     return together(panels)
-
-
-def _rings(axes: AnyAxes, places: Array, areas: Array, label: str, color: str) -> None:
-    """Draw rings round places (n, d)."""
-    if len(places):
-        look: Look = {"facecolors": "none", "edgecolors": color, "linewidths": 1.3, "zorder": 2.8}
-        axes.scatter(*places.T, s=areas, label=label, **look)
 
 
 def _draw_slips(axes: AnyAxes, face: Face, slip: Array, name: str, to_and_fro: bool) -> None:

@@ -149,6 +149,13 @@ def arrows(axes: AnyAxes, begin: Array, step: Array, enlarged: float = 1.0, **lo
     axes.autoscale_view()
 
 
+def rings(axes: AnyAxes, places: Array, areas: Array, label: str | None, color: str) -> None:
+    """Draw rings round places (n, d)."""
+    if len(places):
+        look: Look = {"facecolors": "none", "edgecolors": color, "linewidths": 1.3, "zorder": 2.8}
+        axes.scatter(*places.T, s=areas, label=label, **look)
+
+
 def spread(points: Array, most: int) -> list[int]:
     """Indices of at most `most` points, each as far as possible from the points before it.
 
@@ -181,7 +188,6 @@ def legend(axes: Axes, title: str | None = None) -> None:
         bbox_to_anchor=(1.0, 1.02),
         title=title,
         alignment="left",
-        handlelength=2.2,
     )
 
 

@@ -12,6 +12,7 @@ from ..contact.pictures import (
     node_at,
     panels_of,
     shear_ratios,
+    traction_axis,
     work_label,
 )
 from ..plots.along import along, lines_or_band
@@ -69,8 +70,6 @@ def _trajectory(path: Trajectory, ax: AnyAxes) -> AnyAxes:
     legend(loops[0])
     name = "slip $v$ (length)" if tangents == 1 else "size of the slip $v$ (length)"
     history.set(xlabel="corners visited (0: mean load)", ylabel=name)
-    if path.time[0] < path.time[-1]:
-        history.set_xlim(path.time[0], path.time[-1])
     return np.array(panels)
 
 
@@ -94,10 +93,7 @@ def _steady_state(steady: SteadyState, ax: AnyAxes) -> AnyAxes:
     if steady.period == 2:
         names += [f"{name}, second cycle" for name in names]
     corners = np.searchsorted(states.time, np.arange(1, len(names) + 1) + SIMULTANEOUS) - 1
-    width: float | Array = 1.0
-    name = f"nodal force\n{unit('force', system.per_depth)}"
-    if system.width is not None:
-        width, name = system.width, "traction\n(force per area)"
+    width, name = traction_axis(system, "traction", "nodal force")
     q, p = states.q[corners] / width, states.p[corners] / width
     lines_or_band(panels[1], system, q, names, prefix="$q$, ", band=series(0)["color"])
     thin: Look = {"band": series(1)["color"], "lw": 0.5, "alpha": 0.8}

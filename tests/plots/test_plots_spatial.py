@@ -108,7 +108,7 @@ def test_a_limit_shows_the_ratio_at_the_first_corner_the_slip_and_the_nodes_of_t
     ] == "limiting node; area: share"
     (bar,) = [one for one in ax.figure.axes if one is not ax]
     assert bar.get_ylabel() == f"$|q| / (f p)$ at {cycle().corner_names[0]}"
-    assert marks(ax)[0].get_clim() == (0, 1)
+    assert marks(ax)[0].get_clim() == pytest.approx((0, 1), abs=1e-12)
     names = ("first tangent", "$x$") if contact is TURNED else ("$x$", "$y$")
     assert (ax.get_xlabel(), ax.get_ylabel()) == tuple(f"{name} (length)" for name in names)
 
