@@ -15,14 +15,14 @@ In this folder each public question has a file: `shakedown.py`, `guaranteed.py`,
 users extend, `pictures.py` the plots. The model for a new limit is `limit_of_set` in
 `shakedown.py`.
 
-The folders inside it, in an order in which each needs only those before it:
+The folders inside it, ordered so that each needs only those before it:
 
 - `program`: a question as arrays, their solution, and the mechanism that proves it.
 - `between`: proven bounds of the limits of large contacts, without their stiffness matrix.
 - `events`: nodes that open and close in each cycle, in a given order.
 - `moving`: uncoupled contacts whose normal loads open and close nodes.
 - `guarantee`: the critical nodes of the guaranteed limit.
-- `balance`: statics of the bodies, for gross slip and for faces that slide in full.
+- `balance`: statics of the bodies, for gross slip and for faces that slide as a whole.
 - `printed`: the problems in cvxpy, as they are printed and extended.
 - `answers`: what answers share, what they prove, and their reasons.
 - `search`: the searches for open nodes, for orders of events, and for extreme stresses.

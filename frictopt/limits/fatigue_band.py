@@ -48,7 +48,7 @@ Parameter: TypeAlias = Literal["SWT", "Findley", "Fatemi_Socie", "Matake", "Cros
 class FatigueBand(Recorded, Plotted):
     """A fatigue parameter over all states of rest at a load factor, at the points of a stress map.
 
-    The parameter is larger the shorter the life is. So `least` belongs to the longest life that
+    The larger the parameter, the shorter the life. So `least` belongs to the longest life that
     assembly can leave, and `most` to the shortest.
 
     Attributes
@@ -174,10 +174,11 @@ class FatigueBand(Recorded, Plotted):
         Returns
         -------
         pandas.DataFrame
-            A row for each point: point; x, y, in space z; the cycles best, in the state of rest
-            whose largest value is the least; assembled, with the given slip, or NaN if none is
-            given and the contact does not rest with zero slip; worst, in the worst state of rest of
-            this point. The least of a column is the life of the contact. `report` takes this table.
+            A row for each point: point; x, y, in space z; and three numbers of cycles: best, in the
+            state of rest whose largest value is the least; assembled, with the given slip, or NaN
+            if none is given and the contact does not rest with zero slip; worst, in the worst state
+            of rest of this point. The least of a column is the life of the contact. `report` takes
+            this table.
 
         Raises
         ------
@@ -216,8 +217,8 @@ class FatigueBand(Recorded, Plotted):
         Columns:
 
         - point; x, y, in space z: its place;
-        - least: the least value of this point over all states of rest. The points may not all have
-          it in the same state;
+        - least: the least value of this point over all states of rest. Different points may have
+          it in different states;
         - no_slip: the value without residual slip, NaN if the contact does not rest with it;
         - most: the largest value over all states of rest;
         - normal_x, normal_y, normal_z and corner, with parameters of a plane: the plane of `most`,
@@ -264,8 +265,8 @@ def fatigue_band(
     parameter
         "SWT", "Findley", "Fatemi_Socie", "Matake", "Crossland" or "Dang_Van": the values of the
         columns of `SteadyState.fretting_table`. Matake is Findley's sum on the plane of the largest
-        shear amplitude. Dang Van is the largest sum of Tresca's shear stress about the centre of
-        the smallest ball around the deviators, and the weighted hydrostatic stress.
+        shear amplitude. Dang Van is the largest sum of two stresses: Tresca's shear stress about
+        the centre of the smallest ball around the deviators, and the weighted hydrostatic stress.
     weight
         Weight of the largest normal stress, or of the hydrostatic stress (Crossland, Dang Van). Its
         unit is 1 / stress for Fatemi and Socie. SWT has no weight.
@@ -376,7 +377,7 @@ def _row(
 def _set_of(
     question: Question, stress_map: StressMap, load_factor: float, initial_slip: ArrayLike | None
 ) -> tuple[Rests | SteadyCycles, Array, Array]:
-    """The set of slips; stress and strain (K, 2, P, 3, 3) with one slip of it; and this slip."""
+    """The set of slips; with one of them, stress and strain (K, 2, P, 3, 3); and that slip."""
     system, cycle = question.system, question.cycle
     if initial_slip is None:
         safe = safe_slip_of_question(question, load_factor)

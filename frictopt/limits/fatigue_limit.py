@@ -48,15 +48,15 @@ class FatigueLimit(Answered):
         reached, the slip of the shakedown limit.
     bound
         Load factor that multipliers prove: up to it no state of rest exceeds the value on the
-        planes tried (`every`), or above it all do. With every=False it is far above the load factor
-        if programs do not resolve the allowable value: below about 1e-8 of the largest value of the
-        band.
+        planes tried (`every`), or above it all do. With every=False, programs do not resolve an
+        allowable value below about 1e-8 of the largest value of the band; the bound is then far
+        above the load factor.
     proven
         Whether `bound` holds for all planes: always if `every` is False, otherwise for Crossland,
         Dang Van and Matake. For the other parameters only the planes of a search count.
     record
-        Its `residual` is the larger of the violation of the contact law by the slip and the
-        distance of the bound from the load factor of the program, relative to this load factor.
+        Its `residual` is the larger of two errors: the violation of the contact law by the slip,
+        and the distance of the bound from the load factor of the program, relative to the latter.
 
     Examples
     --------

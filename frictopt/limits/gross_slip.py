@@ -72,9 +72,9 @@ class GrossSlip(Explained):
     load_factor
         Above it no state of rest exists, from any start, for all slips and openings. Inf if
         supports hold the bodies, or if contact forces within friction balance the loads at all load
-        factors from `least` on; NaN if no load factor has a state of rest. With a `self_stress` it
-        is the load factor above which the transient that starts without slip slides off, if that is
-        smaller.
+        factors from `least` on; NaN if no load factor has a state of rest. With a `self_stress`,
+        the transient that starts without slip may slide off above a smaller load factor, which is
+        then the result.
     bound
         Upper bound of the load factor from equilibrium, also with a `self_stress`. It is `phi`
         times the reactions at load factor 0, divided by minus `phi` times the reactions of the
@@ -187,9 +187,10 @@ def gross_slip(
     """The load factor above which bodies slide off, turn over or lift off as a whole.
 
     Above it no state of rest exists, from any start, for all slips and openings. It follows from
-    equilibrium: on all bodies that only the contact holds, forces within friction, `|q| <= f p`,
-    and within the shear strength of the surface have to balance the loads at each corner.
-    Stiffness, gaps and residual slips do not matter, so the result converges with the mesh. It is
+    equilibrium: at each corner, contact forces have to balance the loads on all bodies that only
+    the contact holds. These forces obey friction, `|q| <= f p`, and the shear strength of the
+    surface. Stiffness, gaps and residual slips do not matter, so the result converges with the
+    mesh. It is
     inf if supports hold the bodies. A contact may slip for ever far below it, and wedged bodies may
     slide off below it, because Coulomb's law does not choose the most favourable forces. Theory,
     eq. (33).
@@ -206,8 +207,8 @@ def gross_slip(
     ----------
     system, cycle, friction
         See `shakedown_limit`. Pressure counts in contacts without friction, too: with the friction
-        `{"flange": 0.15, "heads": 0.0}` the result is the slip load of the flange, friction times
-        the clamping force, without the heads of its bolts.
+        `{"flange": 0.15, "heads": 0.0}` the result is the slip load of the flange: its friction
+        times the clamping force, without friction under the heads of the bolts.
     seconds
         Time after which transients end. The load factor is then the largest one that they have
         reached, and `reason` says so. 0: equilibrium alone, without transients.

@@ -1,4 +1,4 @@
-"""The guaranteed limit lambda_1, for all starts; `guaranteed_limit` says what is proven of it."""
+"""The guaranteed limit lambda_1, for all starts; `guaranteed_limit` says what is proven."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class GuaranteedLimit(Proven):
         Whether the limit is finite, and the explanation of the limit in words. The reason warns if
         nodes may open and close in every cycle: transients from some starts may then slip for ever
         below the limit. This is possible if nodes are open or have no friction, or if the loads
-        open a node of the contact without slip.
+        would open a node while there is no slip.
     proven
         Whether a theorem states that slip stops from every start at load factors between `least`
         and the limit. The theorem holds for uncoupled contacts: `B` = 0 at all nodes, open and

@@ -117,8 +117,8 @@ def _limiting_nodes(answer: Answer) -> tuple[Circles, str]:
 def _fatigue_band(band: FatigueBand, ax: AnyAxes) -> AnyAxes:
     """The parameter at each point: its band, its value in the best state, and without slip.
 
-    In the best state of rest the largest value over the points is the least. In the plane the
-    values are along x, in space by the number of the point.
+    The best state of rest has the smallest maximum over the points. In the plane the values are
+    drawn along x, in space by the number of the point.
     """
     (axes,) = new_axes(ax)
     table = band.to_frame()

@@ -37,9 +37,9 @@ from ..errors import ModelError
 from .answers.shakedown_answer import ShakedownAnswer
 
 AskLimit = Callable[[LoadCycle, Array], ShakedownAnswer]
-"""The limit of a load cycle with a friction, with the open nodes of the given limit."""
+"""Returns the limit for a load cycle and a friction, with the open nodes of the given limit."""
 Stops = Callable[[ShakedownAnswer, float], bool]
-"""Whether slip stops with the input of a limit, at a load factor."""
+"""Returns whether slip stops at a load factor, with the input of a limit."""
 _LOAD = "the load factor"
 # Two points with a smaller distance, in standard deviations, count as one.
 _SAME = 1e-3
@@ -51,7 +51,7 @@ _MOST = 50
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ShakedownProbability(Kept):
-    """The probability that some start stops slipping, see `ShakedownLimit.probability`.
+    """The probability that slip stops from some start, see `ShakedownLimit.probability`.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class ShakedownProbability(Kept):
     standard_error
         Standard error of the probability.
     form, sampled
-        The probability by FORM alone, NaN if no design point is found, and by the sample alone.
+        The probability by FORM alone (NaN if no design point is found), and by the sample alone.
     importance
         Random input -> its share in the variance of the limit at the design point; empty without
         such a point.
@@ -152,7 +152,7 @@ class RandomLimit:
                 length = finite_number("correlation_length", correlation_length, least=0.0)
                 points = system.points[nodes]
                 distance = np.linalg.norm(points[:, None] - points, axis=-1)
-                # Rounding must not make the matrix indefinite, and a length of 0 not divide by 0.
+                # Rounding must not make the matrix indefinite, and no length may divide by 0.
                 correlation = np.exp(-distance / max(length, 1e-300)) + 1e-9 * np.eye(len(nodes))
                 mixing = np.linalg.cholesky(correlation)
             self._add(f"friction of {name}" if named else name, law, list(nodes), mixing)
@@ -176,16 +176,16 @@ class RandomLimit:
         return self._ask(cycle, friction), load, slopes
 
     def derivative(self, limit: ShakedownAnswer, slopes: Array) -> Array:
-        """The derivative of the limit minus the load factor."""
+        """The derivative of the limit minus the load factor with respect to u."""
         mean = limit.load_rates.query("part == 'mean'").set_index("load")["rate"]
         rates: dict[Any, float] = {_LOAD: -1.0, **mean, **dict(enumerate(limit.friction_rate))}
         return np.array([rates[place] for _, place in self._values] * slopes) @ self.mixing
 
     def design_point(self) -> tuple[float, Array] | None:
-        """The margin at u = 0 in standard deviations, and the direction to the design point.
+        """The margin at u = 0 in standard deviations, and the unit vector along which it grows.
 
-        The margin is negative if the load is above the limit there. The result is None if no design
-        point is found.
+        The margin is negative if the load is above the limit at u = 0. The result is None if no
+        design point is found.
         """
         u = np.zeros(len(self.names))
         for _ in range(_MOST):
@@ -249,7 +249,7 @@ def probability_of(
 def _by_sample(
     random: RandomLimit, numbers: Array, stops: Stops | None
 ) -> tuple[Array, Booleans, Booleans]:
-    """The limits of a sample, whether a slip is safe in each draw and, with `stops`, slip stops."""
+    """The limits of a sample; whether each draw has a safe slip and, with `stops`, stops."""
     limits = list[float]()
     safe = list[bool]()
     stopped = list[bool]()

@@ -186,9 +186,9 @@ class RequiredFriction(Answered):
         enough. See `largest_slip`.
     mechanism
         The proof (Farkas's lemma) that `bound` is not enough, or that no friction is enough. It
-        consists of motions on which the loads do more work than friction can dissipate, and on
-        which no residual slip does work. Columns are as in `ShakedownLimit.mechanism`; a node with
-        direction 0 opens.
+        consists of motions on which the loads do more work than friction can dissipate, while the
+        forces of a residual slip do no work. Columns are as in `ShakedownLimit.mechanism`; a node
+        with direction 0 opens.
     load_factor, reason
         The given load factor, and an explanation of the answer in words.
     record
@@ -286,7 +286,7 @@ def required_friction(
     gap: float | None = None,
     progress: bool = True,
 ) -> RequiredFriction:
-    """Least friction with a safe slip, for all nodes; whether slip stops may depend on the start.
+    """Least friction of all nodes with a safe slip; whether slip stops may depend on the start.
 
     With this friction or more, the load factor is at most the shakedown limit. Between the
     guaranteed limit and the shakedown limit, slip stops from some starts and goes on from others;
@@ -600,7 +600,7 @@ def _none_is_enough(safe_slips: SafeByFriction) -> RequiredFriction:
     without = with_friction(question, 0.0)
 
     def claimed(solution: Solution) -> Judged:
-        """The least normal force under the best slip, over the mean one, and the mechanism."""
+        """The least normal force under the best slip, relative to the mean; and the mechanism."""
         slip = solution.slip_of_nodes
         bound, defect = solution.bound
         _, r = without.states(load_factor, slip)

@@ -1,14 +1,14 @@
-"""Load factors with a state of rest of an uncoupled contact, if they scale normal loads, too.
+"""Load factors at which an uncoupled contact has a state of rest, if they scale normal loads, too.
 
 If slip changes no pressure (B = 0), loads alone open and close nodes. The axis of the load factor
-falls into pieces with one order of openings and closings each (`normal_path.py`). In a piece two
-things give one interval with states of rest, or none: the equations of the rim, which are the nodes
-that are open at some time, and an ordinary question, whose loads are affine in the load factor
-(theory, "Normal loads that are scaled, too"). `rests` joins the intervals; the end of the first one
-is the shakedown limit.
+falls into pieces, each with one order of openings and closings (`normal_path.py`). The *rim* are
+the nodes that are open at some time. In a piece, the equations of the rim and an ordinary question
+give one interval with states of rest, or none. The loads of this question are affine in the load
+factor (theory, "Normal loads that are scaled, too"). `rests` joins the intervals; the end of the
+first one is the shakedown limit.
 
-In an ordinary question the same nodes are open at all corners. It has the limit of contact areas
-that move, and its answer is completed for all instants:
+In an ordinary question the same nodes are open at all corners. Its limit is the limit of contact
+areas that move, and its answer is completed for all instants:
 
 - The nodes that never open have the stiffness of a contact whose rim follows them. The slip of the
   rim, which follows from its equations, adds to their loads.
@@ -50,7 +50,7 @@ P = TypeVar("P", bound=Proven)
 
 
 def ordinary_question(areas: MovingAreas) -> tuple[Question, Integers]:
-    """The ordinary question, and the instants (J, N) that its J corners are at each node.
+    """The ordinary question, and the (J, N) instants at each node that are its J corners.
 
     Each node has only the instants at which it can govern, which differ from node to node.
     """
@@ -64,7 +64,7 @@ def ordinary_question(areas: MovingAreas) -> tuple[Question, Integers]:
     nodes = np.arange(len(by_node))
     pressure = areas.path.pressure[:, instants, nodes]  # (2, J, N)
     q = np.moveaxis(shear, 2, -1)[:, instants, nodes].swapaxes(2, 3)  # (2, J, t, N)
-    # A node without rows gets a pressure without shear that leaves it the reserve of a margin of 1.
+    # A node without rows gets no shear, and so much pressure that its reserve allows a margin of 1.
     idle = ~rows.any(axis=0)
     q[..., idle] = 0.0
     pressure[0][:, idle] = max(areas.force, areas.mean_bound)
@@ -104,11 +104,11 @@ def _stiffness(areas: MovingAreas) -> Array:
 
 
 def _shear(areas: MovingAreas) -> Array:
-    """(2, M, t, N) shear forces without slip of the nodes that never open.
+    """(2, M, t, N) shear forces if the nodes that never open do not slip.
 
-    Index 0 is the part at load factor 0, index 1 the rate with the load factor. Residual forces of
-    the equations of the rim are scaled to the size of the loads, because even small ones must be
-    zero.
+    Index 0 is the part at load factor 0, index 1 the rate with the load factor. Forces that the
+    equations of the rim leave over are scaled to the size of the loads, because even small ones
+    must be zero.
     """
     loads = areas.bonded_at_instants[:, :, :-1]
     motion = np.zeros_like(loads)
@@ -141,10 +141,10 @@ def _rows(areas: MovingAreas) -> np.ndarray:
 
 
 def _decisive(areas: MovingAreas, shear: Array, rows: Array, node: int) -> Integers:
-    """Instants at which a node can govern, of those at which it has a row.
+    """The instants, among those at which a node has a row, at which it can govern.
 
-    It cannot govern at an instant whose shear force is a mean of the shear forces at other
-    instants, with no less pressure.
+    It cannot govern at an instant with at least the pressure of other instants, and with a mean of
+    their shear forces.
     """
     instants = np.flatnonzero(rows)
     if not len(instants):
@@ -155,7 +155,7 @@ def _decisive(areas: MovingAreas, shear: Array, rows: Array, node: int) -> Integ
     if areas.alone:
         if not np.ptp(forces, axis=0).any():
             return instants[[pressure[:, 0].argmin()]]
-        # With one more point of high pressure, the hull has the vertices of low pressure and it.
+        # One more point, of high pressure, leaves only vertices of low pressure on the hull.
         high = points.mean(axis=0)
         high[-2] = pressure.max() + np.ptp(pressure[:, 0]) + areas.force
         points = np.vstack([points, high])
@@ -199,7 +199,7 @@ def at_all_instants(motion: Mechanism, areas: MovingAreas, instants: Integers) -
 def moving_areas_at(question: Question, load_factor: float) -> MovingAreas | None:
     """The areas at a load factor, if loads alone open and close some nodes; else None.
 
-    A contact without friction at all nodes has the same areas as with friction.
+    A contact without any friction has the same areas as with friction.
     """
     asked = question
     if not question.friction.any():
@@ -214,7 +214,7 @@ def safe_with_moving_areas(
 ) -> Any:
     """The `SafeSlip`, if loads alone open and close nodes at the load factor; else None.
 
-    It is also None if no node has friction, and no slip is safe.
+    It is also None if no node has friction and no slip is safe.
 
     `safe_slip_of` returns the safe slip of an ordinary question. SolverError: see
     `on_all_instants`.
@@ -225,7 +225,7 @@ def safe_with_moving_areas(
     ordinary, instants = ordinary_question(areas)
     safe = safe_slip_of(ordinary, load_factor)
     if not safe.exists and not question.friction.any():
-        # Without friction a state of rest need not stop the slip of nodes that press.
+        # Without friction, nodes that press may slip in a state of rest.
         return None
     return on_all_instants(safe, areas, instants)
 
@@ -249,8 +249,8 @@ class Rest(Generic[L]):
     """Load factors with a state of rest, from `least` to `largest`.
 
     `areas` is the piece in which the load factors end; `limit` is the limit of its ordinary
-    question, None if no program was needed. `following` is the next piece, if they end at the end
-    of `areas` and a piece follows: it begins with load factors that have no state of rest.
+    question, None if no program was needed. If the load factors end where this piece ends,
+    `following` is the next piece, if any; it begins with load factors without a state of rest.
     """
 
     least: float
@@ -394,7 +394,7 @@ def up_to_last_rest(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
         if limit.load_factor == np.inf:
             return limit
         return replace(_extended(question, limit, limit_of), _ends_rests=True)
-    # The limit is that of a later interval, or there is none.
+    # The limit belongs to a later interval, or no load factor has a state of rest.
     first = next(pieces(question), None)
     if first is None or first.open_nodes.all():
         return limit
@@ -439,7 +439,7 @@ def _limit_of_rest(question: Question, rest: Rest[L], limit_of: LimitOf[L]) -> L
 def knows_all_pieces(question: Question) -> bool:
     """Whether the load factor scales normal loads of an uncoupled contact, and nothing else varies.
 
-    See `holds_for_all_openings`. Loads at load factor 0 are the same at all corners.
+    See `holds_for_all_openings`. The loads at load factor 0 must be the same at all corners.
     """
     if question.fixed or not question.bonded[1][:, -question.system.nodes :].any():
         return False

@@ -1,7 +1,7 @@
 """The amplitudes of two loads at which some residual slip is safe, between two polygons.
 
-The loads vary independently. The inner polygon has its vertices at the ends of rays; the sides of
-the outer polygon are the lines of their mechanisms (`Rays`).
+The loads vary independently. The vertices of the inner polygon are the ends of rays (`Rays`). The
+limit at each end has a mechanism, whose line is a side of the outer polygon.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ class Rays:
         return end
 
     def _limit(self, cycle: LoadCycle) -> ShakedownLimit:
-        """The limit with the open nodes of all rays, or of the best set.
+        """The limit with the open nodes that all rays share or, before these are known, the best.
 
         Nodes that open and close have other mechanisms, whose lines do not bound a region.
         """
@@ -269,13 +269,14 @@ class SafeRegion(Recorded, Plotted):
         Largest distance between the two polygons, along rays from zero and relative to the length
         of the ray: 0 in the plane, at most the tolerance in space.
     mechanisms
-        A table for each side of the nodes that limit the amplitudes: as in
+        For each side, a table of the nodes that limit the amplitudes, as in
         `ShakedownLimit.mechanism`, with the corners of `cycle(a, b)`.
     reason
         Explanation of the region in words.
     record
-        Solver, attempts and time. Its `residual`, at most 2e-8, is the largest of the residuals of
-        the limits at all vertices and of the relative distances between sides and their vertices.
+        Solver, attempts and time. Its `residual`, at most 2e-8, is the larger of two errors: the
+        largest residual of a limit at a vertex, and the largest relative distance of a vertex from
+        its side.
 
     Examples
     --------

@@ -57,8 +57,9 @@ class SafeSlip(Proven):
     bound
         Upper bound of the margin, from the multipliers only; it equals `margin` up to `residual`.
     record
-        Solver, attempts and time. Its `residual`, at most 1e-9, is the larger of two errors: the
-        margin minus the recomputed reserve of the slip, and the relative distance of `bound`.
+        Solver, attempts and time. Its `residual`, at most 1e-9, is the largest of these errors: the
+        margin minus the recomputed reserve of the slip; the relative distance of `bound` from
+        `margin`; the excess over a slip bound; with events, the violation of the contact law.
     problem
         The solved cvxpy problem.
 
@@ -106,8 +107,9 @@ class SafeSlip(Proven):
     def certificate(self) -> Table | None:
         """Proof that no slip is safe (Farkas's lemma), a table like `ShakedownLimit.mechanism`.
 
-        The table has slips on which the loads do more work than friction can dissipate. No residual
-        slip does work on them; within a slip bound, its work is too small. None if a slip is safe.
+        The table has slips on which the loads do more work than friction can dissipate. The forces
+        of a residual slip do no work on them, or too little within a slip bound. None if a slip is
+        safe.
         """
         return None if self.exists else self._mechanism
 

@@ -99,14 +99,14 @@ def shakedown_limit(
     Between the guaranteed limit and this limit, slip stops from some starts and goes on from
     others; `limit_after_protocol` has the answer for one assembly. Safe means: every node sticks at
     every corner of the cycle, or is open during the whole cycle (`ShakedownLimit.open`). With
-    `events`, nodes may also be open during a part of the cycle. Of a small contact all sets of open
-    nodes are compared, and the best one is proven (`ShakedownLimit.best_of_all`). Of a larger
-    contact only sets near the nodes that the settled mean load opens are searched: with other nodes
-    open, the contact may shake down above the limit. If the contact is uncoupled (B = 0), only
-    loads open and close nodes. Then the limit holds for all openings and closings (theory, "Contact
-    areas that move").
-    If the load factor scales normal loads, too, the contact may shake down again above the limit,
-    see `ShakedownLimit.intervals`. Ctrl-C in a search raises KeyboardInterrupt with an attribute
+    `events`, nodes may also be open during a part of the cycle. In a small contact all sets of open
+    nodes are compared, and the best one is proven (`ShakedownLimit.best_of_all`). In a larger
+    contact, the search tries only sets near the nodes that the settled mean load opens: with other
+    nodes open, the contact may shake down above the limit. If the contact is uncoupled (B = 0),
+    only loads open and close nodes. Then the limit holds for all openings and closings (theory,
+    "Contact areas that move"). If the load factor scales normal loads, too, the contact may shake
+    down again above the limit, see `ShakedownLimit.intervals`. Ctrl-C in a search raises
+    KeyboardInterrupt with an attribute
     `limit`, the best limit so far. Theory, eq. (7); Flicek et al. 2015, section 4; Bjorkman &
     Klarbring 1987.
 
@@ -124,7 +124,7 @@ def shakedown_limit(
         Whether nodes may also open and close in each cycle (`ShakedownLimit.events`). Their order
         is searched by pivots and transients, which takes some seconds. If the load does not return
         along the same path, no order is searched, because events cannot raise the limit. Not
-        allowed with a slip bound, or constraints.
+        allowed with a slip bound, a shear strength, `open_nodes`, constraints or an objective.
     programs
         Largest number of programs of the search of open nodes. If it is given, the search compares
         all sets as far as this number allows. None: 2000 if the contact has at most 14 nodes, in
@@ -243,7 +243,7 @@ def limit_of_any_set(
     closed = _in_search(question, -np.inf) if may_open(question) else limit_of_set(question)
     best = best_open_set(_in_search, closed, start_by, enough, programs)
     if best._solved is None:
-        # That no load factor is safe has no proof yet.
+        # It is not proven yet that no load factor is safe.
         proven = limit_of_set(best._question)
         return replace(proven, least=best.least, _searched=best._searched)
     return best
@@ -264,8 +264,8 @@ def limit_of_set(
 ) -> ShakedownLimit:
     """The limit with given open nodes, at most `largest`.
 
-    `NotAbove` if multipliers prove that it is at most `above`. Without `proven`, for the many sets
-    of a search, the word of a solver that no load factor is safe is enough, and plain cvxpy is not
+    `NotAbove` if multipliers prove that it is at most `above`. Without `proven`, as for the many
+    sets of a search, a solver's word is enough that no load factor is safe, and plain cvxpy is not
     tried.
     """
     program = assembled.shakedown(question)
@@ -421,7 +421,7 @@ def limit_within(question: Question, open_nodes: Any, gap: float) -> ShakedownLi
 def _not_finite_by_products(
     question: Question, cones: Cones, found: Method
 ) -> ShakedownLimit | None:
-    """The proof that no slip is safe, or that every load factor is; None without a proof."""
+    """The proof that no slip is safe, or that every load factor is safe; None without a proof."""
     if found.multipliers.bound < 0:
         moves = found.multipliers.moves
         # The cyclic loads must not do work against the mechanism, so that no load factor helps.
@@ -634,12 +634,12 @@ class ShakedownLimit(ShakedownAnswer):
     least
         Load factors from `least` to `load_factor` have a safe slip. It is 0 for a contact that is
         safe under its mean load, and above 0 if no slip is safe under the mean load and the cyclic
-        loads press the contact. Below `least` no slip is safe with these open nodes; with others
-        open one may be (`safe_slip`). The proof is as for the limit, also with a slip bound and
-        user constraints. Just above `least` the open nodes may differ from `open`. NaN if no load
-        factor is safe, if rounding hides the value (see `reason`), with an objective, and if
-        `bound` is infinite because of `events`. With a `gap` it is 0 or, if it is not known to be
-        0, NaN.
+        loads press the contact. Below `least` no slip is safe with these open nodes; with other
+        open nodes, a slip may be safe (`safe_slip`). The proof is as for the limit, also with a
+        slip bound and user constraints. Just above `least` the open nodes may differ from `open`.
+        NaN if no load factor is safe, if rounding hides the value (see `reason`), with an
+        objective, and if `bound` is infinite because of `events`. With a `gap` it is 0 or, if it is
+        not known to be 0, NaN.
     slip
         (N,) or (N, 2) a residual slip that is safe at the limit, length; NaN if `load_factor` is
         not finite. See `largest_slip`. Open nodes have their slip under the mean load.
@@ -687,7 +687,7 @@ class ShakedownLimit(ShakedownAnswer):
     1     0       1         -1
     2     1       1         -1
 
-    A cylinder of which shear and pressure grow together sticks up to gross slip, though its edges
+    If shear and pressure of a cylinder grow together, it sticks up to gross slip, though its edges
     open in every cycle:
 
     >>> arrays = fo.reference.half_plane_contact(20, half_length=1.6, E_star=1.0, R=1.0)
@@ -709,8 +709,8 @@ class ShakedownLimit(ShakedownAnswer):
     def bound_of_sets(self) -> float:
         """Load factor that no set of nodes that stay open all through the cycle exceeds.
 
-        It is the bound of the search, or `bound_for_all` if that is less. Sets that are safe only
-        from a load factor above the limit on do not count. -inf if no set has a safe load factor.
+        It is the bound of the search, or `bound_for_all` if that is less. Sets that are safe at no
+        load factor up to the limit do not count. -inf if no set has a safe load factor.
         """
         if self.best_of_all:
             return self._searched.bound
@@ -774,19 +774,20 @@ class ShakedownLimit(ShakedownAnswer):
         draws: int = 200,
         seed: int = 0,
     ) -> ShakedownProbability:
-        """Probability that some start stops slipping, with random friction, preloads and load.
+        """Probability that slip stops from some start, with random friction, preloads and load.
 
         FORM finds it with the rates of some five limits, and a sample of limits corrects it. All
         inputs are independent. If only the friction of all nodes is random,
         `RequiredFriction.probability` is exact and cheaper. Nodes are open and closed as in this
         limit. With other open nodes more joints may come to rest, so the exact probability for
-        these nodes is a lower bound; the answer has, besides, the errors of FORM and of the sample.
+        these open nodes is a lower bound. The answer also has the errors of FORM and of the sample.
 
         Parameters
         ----------
         friction
-            Frozen distribution of `scipy.stats`, such as `lognorm(0.1, scale=0.3)`, or one for some
-            contacts by their names. Others, and all if None, have the friction of the limit.
+            Frozen distribution of `scipy.stats`, such as `lognorm(0.1, scale=0.3)`, or a mapping
+            from names of contacts to such distributions. Contacts without a distribution have the
+            friction of the limit.
         preload
             Load case of the mean load -> distribution of its amplitude.
         load

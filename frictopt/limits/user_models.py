@@ -1,7 +1,7 @@
 """The models that users extend by constraints and objectives of their own.
 
-`SafeModel` is the base of all: its unknowns, and the checked rows of the user. `DesignModel` is in
-`best_design/model.py`.
+`SafeModel` is the base of all, with the unknowns and the checked rows of the user. `DesignModel` is
+in `best_design/model.py`.
 """
 
 from __future__ import annotations

@@ -3,9 +3,9 @@
 `Answered` is the base of answers that consist of a slip at a load factor. `Proven` adds the proof
 by a mechanism.
 
-Answers that were read from a file are proven again, from the numbers of the file alone: the
-contact law evaluates the slip, which bounds a limit from below, and the slip mechanism bounds it
-from above. Neither check needs a solver.
+Answers that were read from a file are proven again, from the numbers of the file alone: a slip
+that obeys the contact law bounds a limit from below, and the slip mechanism bounds it from above.
+Neither check needs a solver.
 """
 
 from __future__ import annotations
@@ -53,11 +53,11 @@ from ..program.solution import Mechanism, Solved, of_nodes
 if TYPE_CHECKING:
     import cvxpy as cp
 
-# Tolerance of a slip that was read from a file. It is wider than that of an answer, because another
-# processor may round the residual to the other side of its tolerance.
+# Tolerance of a slip that was read from a file. It is wider than the tolerance of an answer,
+# because another processor may round a residual to a value just above the latter.
 _SLIP = 10 * RESIDUAL
-# Tolerance of the balance of a mechanism, relative to its terms. Its multipliers balance only up to
-# the tolerance of solvers.
+# Relative tolerance for the forces of a mechanism, which balance only up to the tolerance of
+# solvers.
 _BALANCE = 1e-6
 
 
@@ -76,7 +76,7 @@ def check_slip(question: Question, load_factor: float, slip: Array) -> None:
 
 
 def _rounding(question: Question, load_factor: float, slip: Array) -> float:
-    """Rounding of the forces, over the force unit: large friction may hold slips of any size."""
+    """Rounding of the forces, over the force unit; large, if friction holds a very large slip."""
     _, r = question.instants(load_factor, slip)
     return ROUNDING * float(np.abs(r).max()) / question.force
 
@@ -150,10 +150,10 @@ def bound_of(question: Question, motion: Mechanism) -> float:
 
     If no load factor is safe, this number is below 0.
 
-    In a safe state the forces do no negative work on the mechanism: at a closed node friction times
-    the pressure is at least the shear force, and the lift at least friction times the slip. Open
-    nodes follow without force, and touch. The forces of a residual slip do no work, so that all
-    work is that of the loads.
+    In a safe state the forces do no negative work on the mechanism. At a closed node, the shear
+    force is at most friction times the pressure, and the mechanism lifts the node by at least
+    friction times its slip. At open nodes the mechanism causes no shear force and no pressure. The
+    forces of a residual slip do no work on it, so only the loads do.
     """
     system = question.system
     normals = len(system.S) - system.nodes
@@ -184,7 +184,10 @@ def bound_of(question: Question, motion: Mechanism) -> float:
 
 
 def _work_of_shearing(question: Question, sheared: Array) -> float:
-    """Work of the slips at which the surface shears off, whose lift is less by `sheared`."""
+    """Work of the slips at which the surface shears off.
+
+    Their lift falls short of friction times the slip by `sheared`.
+    """
     if not question.system.capped:
         return 0.0
     slopes = np.where(question.friction > 0, question.friction, 1.0)
@@ -313,7 +316,7 @@ class Answered(Recorded, Plotted):
     def traction_ratios(self) -> Array:
         """(K, N) ratios `|q| / (f p)` at the corners under the slip.
 
-        NaN without a slip, and if pressure or friction vanishes. If the surface has a shear
+        NaN without a slip, and where pressure or friction vanishes. Where the surface has a shear
         strength below f p, q is divided by the strength.
         """
         q, p = self.reactions
@@ -419,7 +422,7 @@ class Proven(Answered, Explained):
 
     @property
     def _by_friction(self) -> Array:
-        """(N,) rate with the friction of each node: multipliers of its bounds times pressures."""
+        """(N,) rate with the friction of each node: multipliers of its bounds, times pressures."""
         _, _, p = self._instants
         if self._question.moves:
             # In this program a corner is not the same instant at each node.
@@ -432,7 +435,7 @@ A = TypeVar("A", bound=Answered)
 
 
 def answered(claim: A, record: SolveRecord) -> A:
-    """Complete an accepted answer by its record, and by what its program leaves out."""
+    """Give an accepted answer its record, which lists what its program leaves out."""
     question = claim._question
     left_out = list(record.left_out)
     corners = len(question.r1)

@@ -118,8 +118,8 @@ def _reason_of_moving(limit: ShakedownAnswer) -> str:
 def reason_of_last_rest(limit: ShakedownAnswer, following: MovingAreas | None, lifted: bool) -> str:
     """The reason of a limit above which another order of openings and closings may follow.
 
-    `following` are the areas just above the limit, if the order changes there; `lifted` if a body
-    lifts off there. The reason is empty if nodes stay as they are below and above the limit.
+    `following` is the question just above the limit, if the order changes there. `lifted` is
+    whether a body lifts off there. The reason is empty if no node opens or closes near the limit.
     """
     question = limit._question
     if limit.kind is not LimitKind.FINITE:
@@ -146,7 +146,7 @@ def _at(question: Question, node: int) -> dict[str, object]:
 
 
 def _moving(question: MovingAreas) -> str:
-    """The nodes that open and close, by their numbers; of many the first and the last ones."""
+    """The nodes that open and close, by their numbers; only the first and last of many."""
     nodes = np.flatnonzero(question.at_instant.touching.any(axis=0))
     contact = in_contact(question.system, nodes)
     *numbers, last = (str(node) for node in nodes.tolist())
@@ -237,7 +237,7 @@ def _call_with_events(limit: ShakedownAnswer) -> str:
     """The advice to pass `events=True`, if nodes can open and close in a state of rest."""
     question = limit._question
     unknown = limit.constraints or question.slip_bound is not None or question.system.capped
-    # A node without friction would have to keep its slip in a state of rest with events, too.
+    # With events, too, a node without friction would have to keep its slip in a state of rest.
     if limit.kind is LimitKind.FINITE and _slides_freely(limit):
         return ""
     # In `ContactProducts` no node can open.
@@ -306,7 +306,7 @@ def _others(limit: ShakedownAnswer) -> str:
 def guaranteed_reason(
     shakedown: ShakedownAnswer, best: NodeClaim | None, uncoupled: bool, coincide: int
 ) -> str:
-    """The reason of a guaranteed limit, and a warning of starts that it does not cover.
+    """The reason of a guaranteed limit, and a warning about starts that it does not cover.
 
     `best` is the critical node of the limit, if any; `coincide` is the number of nodes that are
     critical only at the least safe load factor.
@@ -357,7 +357,7 @@ def _bounds(best: NodeClaim, names: Sequence[str]) -> str:
 
 
 def _may_wedge(shakedown: ShakedownAnswer, node: int) -> bool:
-    """Whether friction exceeds the critical value of a node (in space: whether it may)."""
+    """Whether friction exceeds the critical value of a node (in space: may exceed it)."""
     system = shakedown.system
     *along, normal = (axis * system.nodes + node for axis in range(system.tangents + 1))
     coupling = np.linalg.norm(system.S[normal, along])
@@ -366,7 +366,7 @@ def _may_wedge(shakedown: ShakedownAnswer, node: int) -> bool:
 
 
 def _may_lift(shakedown: ShakedownAnswer, load_factor: float) -> bool:
-    """Whether starts from which nodes open and close in every cycle may slip below the limit."""
+    """Whether slip may go on below the limit after starts that keep opening and closing nodes."""
     if not shakedown.least < load_factor < np.inf:
         return False
     if shakedown.open.any() or not shakedown.friction.all():

@@ -1,4 +1,4 @@
-"""The sentences of the reasons of limits: each stands here once, above what it assumes.
+"""The sentences of the reasons of limits. Each stands here once, with its assumption below it.
 
 `docs/claims.py` gives each one its source and its test. `reasons.py` and the files of the questions
 choose among them, and fill in values.
@@ -249,17 +249,17 @@ LOADS_OPEN = (
 # Safe regions
 
 SIDES = "{opened}beyond each side its mechanism slips for ever{node_states}"
-"""Assumption: the closed nodes are the closed nodes of the limit under both loads."""
+"""Assumption: the same nodes are closed as at the limit under both loads."""
 GAP_OF_SIDES = "; amplitudes between points and sides, up to {gap:.1e} apart, are undecided"
-"""Assumption: the closed nodes are the closed nodes of the limit under both loads."""
+"""Assumption: the same nodes are closed as at the limit under both loads."""
 NO_AMPLITUDES = "no amplitudes are safe: {limit}"
-"""Assumption: the closed nodes are the closed nodes of the limit under both loads."""
+"""Assumption: the same nodes are closed as at the limit under both loads."""
 NO_AMPLITUDES_ABOVE_ZERO = "no amplitudes above 0 are safe: {limit}"
-"""Assumption: the closed nodes are the closed nodes of the limit under both loads."""
+"""Assumption: the same nodes are closed as at the limit under both loads."""
 ALL_AMPLITUDES = "all amplitudes are safe: {limit}"
-"""Assumption: the closed nodes are the closed nodes of the limit under both loads."""
+"""Assumption: the same nodes are closed as at the limit under both loads."""
 ONE_UNLIMITED = "the amplitude of {load!r} has no limit: it shears no node beyond its bound"
-"""Assumption: the closed nodes are the closed nodes of the limit under both loads."""
+"""Assumption: the same nodes are closed as at the limit under both loads."""
 
 # Designs
 

@@ -40,7 +40,8 @@ class LeastSlip(Kept):
 
     The sum over the corners of `g @ v + h @ w` is at least `bound`. Theory, eq. (20). `v` and `w`
     are slips and gaps at the corners of any cycle, also before the motion is periodic. A bound
-    that is not positive proves nothing. If nodes are open, it holds while they carry no force.
+    that is not positive proves nothing. If nodes are open, the bound holds while they carry no
+    force.
 
     Attributes
     ----------
@@ -113,7 +114,7 @@ class LeastSlip(Kept):
         """The nodes that must slip, largest weight first.
 
         In every cycle that keeps all nodes closed, at least one of these nodes slips. Columns:
-        node; its place; weight; alone, the slip between corners of this node if no other node
+        node; its place; weight; alone, the slip of this node between corners if no other node
         slips, length; its weight `g` at each corner, with the loads of the corner in the name (in
         space `g1`, `g2`).
         """
@@ -136,8 +137,8 @@ class Searched(NamedTuple):
     """Proven facts on all sets of nodes that stay open, from the search of open nodes."""
 
     programs: int = 0
-    # A load factor that no set exceeds; -inf if no set has a safe load factor. Sets that are not
-    # safe at the limit may exceed it, but are safe only from the load factor `separate` on.
+    # A load factor that no set exceeds; -inf if no set has a safe load factor. A set that is not
+    # safe at the limit may exceed this bound, but is safe only from the load factor `separate` on.
     bound: float = np.inf
     separate: float = np.inf
 
@@ -310,9 +311,9 @@ class ShakedownAnswer(Proven):
         """Whether no other set of nodes that stay open all through the cycle has a higher limit.
 
         It is proven up to a relative difference of 1e-7, for all sets whose closed nodes hold the
-        open ones, by branch and bound. Sets that are safe only from a load factor above the limit
-        on do not count; `covers` names this load factor. It is False if the search ended early, or
-        if the set was given.
+        open ones, by branch and bound. Sets that are safe at no load factor up to the limit do not
+        count; `covers` names the load factor from which they are safe. False if the search ended
+        early, or if the set was given.
         """
         if not np.isfinite(self.load_factor):
             return bool(self._searched.bound == -np.inf or self.load_factor > 0)

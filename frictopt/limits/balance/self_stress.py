@@ -1,6 +1,6 @@
 """Contact forces that balance themselves, and the load at which transients slide off.
 
-Statics counts all forces within friction that balance the loads as possible. Without loads these
+Statics takes all forces within friction that balance the loads to be possible. Without loads these
 forces form a cone: the contact forces within friction that balance themselves in all rigid motions,
 and press somewhere. The cone contains only zero for a block on a plane. Then the loads bound all
 contact forces, and equilibrium is sufficient. It contains more for a shaft in a shrunk hub, a plate
@@ -31,7 +31,7 @@ _START = 1e-2
 # Share of the load factor of statics, or of the load factor at which first cycles end. If a
 # transient goes on at this share, it confirms that load factor.
 _END = 0.99
-# Largest load factor that is tried if that of statics is infinite, over the unit of the loads.
+# Largest load factor that is tried, over the unit of the loads, if statics gives an infinite one.
 _END_WITHOUT_STATICS = 1e6
 # Ratio of successive load factors until a transient goes on at one of them and ends at another.
 _GROWTH = 4.0
@@ -46,7 +46,7 @@ _TOLERANCE_IN_SPACE = 1e-3
 # A transient that has not settled after this number of cycles, for instance because a body drifts,
 # is followed no further.
 _FOLLOWED_CYCLES = 100
-# In space: ratio of numbers of increments. The finer ones confirm that there is no state.
+# In space: factor by which increments are made finer, to confirm that there is no state.
 _FINER = 4
 
 
@@ -68,7 +68,7 @@ class Bracket:
 def sliding_off(
     system: ContactSystem, cycle: LoadCycle, friction: Array, statics: float, seconds: float
 ) -> Bracket:
-    """The load factors between which transients from no slip begin to find no continuation.
+    """A bracket of the load factor above which transients from no slip find no continuation.
 
     `statics` is the load factor of statics, up to which they are followed. After `seconds` the
     search ends, and the result is the bracket known by then.
@@ -92,8 +92,8 @@ def sliding_off(
 
     def follow_all_cycles(load_factor: float) -> None:
         path = path_of(system, cycle, friction, load_factor, steps=steps)
-        # A run that gives up by itself raises an error, as if the transient ended. It is left long
-        # before it does so.
+        # The run is left long before it would give up by itself: the error that it then raises
+        # would count as the end of the transient.
         run = Run(path.start(), MOST_CYCLES, bar.update)
         while run.cycles < _FOLLOWED_CYCLES and run.advance() is None:
             pass

@@ -2,9 +2,9 @@
 
 `corner_answer` has the largest or least load factor at which contact forces balance a corner of a
 load cycle. Contact forces within friction have to do the work of the loads in all rigid motions of
-the bodies. If no forces do so at a larger load factor, a rigid motion proves it, which is given by
-the multipliers of this balance: contact forces cannot do negative work on this motion, but a larger
-load would need such work. `motion_table` and `motions_in_words` describe this motion.
+the bodies. If no forces do so at a larger load factor, a rigid motion proves it: contact forces
+cannot do negative work on this motion, but a larger load would need such work. The multipliers of
+the balance give this motion; `motion_table` and `motions_in_words` describe it.
 
 `slides_in_full_at` has the load factor at which all nodes of one face of a joint slide. While all
 faces stick, the loads send a resultant and a moment through the face, which its shear forces have
@@ -217,7 +217,7 @@ def _motion_as_one_body(points: Array, normals: Array, moves: Array) -> list[flo
     """The rigid motion of some nodes, see `GrossSlip.motion`: direction, slide, lift, turn, point.
 
     All are NaN if the nodes do not move as one body. The direction is that of the slide, or of the
-    axis of a turn in space; the point is one that does not turn.
+    axis of a turn in space; the point is the centre of the turn, in space a point of its axis.
     """
     axes = points.shape[1]
     centre = points.mean(axis=0)
@@ -288,7 +288,7 @@ def _point(values: list[float]) -> str:
     return "(" + ", ".join(f"{value:.4g}" for value in np.round(values, 4) + 0.0) + ")"
 
 
-# Largest residual of the load factor of a face. A more accurate one takes a hundred times as long.
+# Largest residual of the load factor of a face. More accuracy would take a hundred times as long.
 _TOLERANCE = 1e-6
 
 

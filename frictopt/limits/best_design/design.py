@@ -41,7 +41,7 @@ OpenNodes: TypeAlias = Sequence[Booleans]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Design(Answered, Explained):
-    """A best design. `system` and `cycle` are the contact with the design, for other functions.
+    """A best design. `system` and `cycle` contain it, to be passed to other functions.
 
     The profile is contained in the initial gap of the system. If added material overlaps, the
     overlap is in the load case "profile". From some starts slip may continue for ever even below

@@ -52,8 +52,8 @@ class DesignModel(SafeModel):
     """A contact whose preloads and profile are unknowns, in addition to its residual slip.
 
     Your own constraints and objectives may contain all these unknowns. Reactions are linear in
-    them. So for given open nodes the best design is a convex program, like the shakedown limit, and
-    has the same proof. All nodes are closed at first. If the best design leaves a node without
+    them. So for given open nodes a convex program finds the best design, with the same proof as for
+    the shakedown limit. All nodes are closed at first. If the best design leaves a node without
     pressure, or if no design is safe, design and open nodes are computed in turn. This ends when
     `shakedown_limit`, with the design built in, has the same open nodes. A design does not count if
     this limit is below the load factor of the design. If some design is safe both at its load
@@ -210,7 +210,7 @@ class DesignModel(SafeModel):
         return {**super()._named, **self._choice.variables}
 
     def _loose(self, scenarios: Sequence[Scenario], user: UserRows | None) -> LooseNodes:
-        """The programs for designs in which some nodes are neither open nor closed."""
+        """The programs for designs in which every node may be open or closed."""
         nodes = np.arange(self._question.system.nodes)
         program = design_program(self._choice, scenarios, loose=nodes)
         if user is not None:

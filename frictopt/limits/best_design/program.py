@@ -117,13 +117,13 @@ def _open_slips_due_to(choice: Choice, scenario: Scenario) -> cp.Expression:
     return sum(terms[1:], terms[0])
 
 
-# Name of the load case of the overlap that a profile causes.
+# Name of the load case for the overlap that a profile causes.
 PROFILE = "profile"
 
 # Largest mean normal force of the preloads, divided by the mean normal force of the contact.
 _MOST_PRESSED = 10.0
 
-# Largest number of unbounded components of a design that an error names.
+# An error names at most this number of unbounded components of a design.
 _MOST_NAMES = 4
 
 
@@ -299,8 +299,8 @@ def design_program(
 ) -> RestProgram:
     """The program of load factors and designs with a state of rest in every scenario.
 
-    Open nodes are those of the question of each scenario. The nodes `loose` are closed in all
-    questions; in the program they may be open or closed.
+    The question of each scenario has its open nodes. The nodes `loose` are closed in all questions;
+    in the program they may be open or closed.
     """
     program = _of_scenarios(choice, scenarios, loose)
     for number, question in enumerate(program.questions):

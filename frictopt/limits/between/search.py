@@ -48,7 +48,7 @@ class SafePoints:
         return -np.inf if self.best is None else self.best.load_factor
 
     def try_towards(self, rough: Point) -> None:
-        """Go from safe points towards a rough point as far as the rows allow, then upwards."""
+        """Go from safe points towards a rough one, as far as rows allow; raise the load there."""
         if self._first is None or self.best is None:
             if margins(rough.rows).min() >= 0:
                 self.best = rough
@@ -200,8 +200,9 @@ def _run(method: Method) -> Method:
 class Method:
     """The method from a first state on.
 
-    Its results are its `safe` points, its `multipliers` and its `steps`. It is done if the two load
-    factors are within the gap, or if it is proven on which side of `enough` the limit lies.
+    Its results are its `safe` points, its `multipliers` and its `steps`. It is done if the load
+    factors that these two prove are within the gap, or if it is proven on which side of `enough`
+    the limit lies.
     """
 
     def __init__(self, cones: Cones, first: Point, gap: float, enough: float = np.nan) -> None:
@@ -336,13 +337,13 @@ def _in_cones(rows: Array) -> Array:
 
 # Numbers of the search for the least friction.
 
-# Frictions that are tried until one is enough; larger ones act as infinite in programs.
+# Frictions that are tried until one is enough; in programs, larger ones act like infinite friction.
 TRIED = tuple(4.0**k for k in range(8))
 # Ratio `too_little / enough` that is assumed as long as no friction is proven too little.
 _LOWER = 1 / 16
 # If the two frictions are within three gaps, the next friction is this share of the gap below
-# `enough`. If it is too little, the bracket is within the gap. It is close to `enough`, because
-# `enough` is usually the better of the two.
+# `enough`. If it is too little, the bracket is within the gap. It is not tried near `too_little`,
+# because `enough` is usually the better of the two.
 _CLOSE, _SHARE = 3.0, 0.9
 
 

@@ -39,7 +39,7 @@ class LoadPath:
 
     @property
     def closed(self) -> bool:
-        """Whether the path returns to its first corner on other legs than it came."""
+        """Whether the path returns to its first corner by other legs than it left."""
         return self.stops[0] == self.stops[-1]
 
     @property
@@ -232,7 +232,7 @@ class LiftOff(Question):
     def path(self) -> LoadPath:
         """The path of the load."""
         path = path_of(self.cycle)
-        assert path is not None  # a static load has no events, so there is no such question of it
+        assert path is not None  # a static load has no events, so it is never the load here
         return path
 
     @cached_property
@@ -270,7 +270,7 @@ class LiftOff(Question):
         return list(dict.fromkeys(zip(nodes.tolist(), numbers.tolist(), strict=True)))
 
     def placed(self, m: int) -> Array:
-        """(N, L) the node, at an instant, that has each of the later slips: 1, else 0."""
+        """(N, L) 1 for the node that has a later slip at an instant, else 0."""
         row = self.episodes[m]
         placed = np.zeros((len(row), len(self.later)))
         for place, (node, number) in enumerate(self.later):

@@ -164,7 +164,7 @@ def _changes(question: LiftOff, m: int) -> tuple[Array, Array]:
 
 
 def _touch_without_force(program: RestProgram, question: LiftOff) -> None:
-    """Add that nodes that open or close at an event have no force there."""
+    """Add the rows by which nodes have no force at the event at which they open or close."""
     before, after = question.opened
     at, nodes = np.nonzero(before ^ after)
     for axis in range(question.system.tangents + 1):
@@ -173,7 +173,7 @@ def _touch_without_force(program: RestProgram, question: LiftOff) -> None:
 
 
 def _follow_each_other(program: RestProgram, question: LiftOff, load_factor: float | None) -> None:
-    """Add that the events of each leg follow each other, between 0 and the end of the leg."""
+    """Add the rows by which events of a leg follow each other, between 0 and the end of the leg."""
     on_legs = question.order.on_legs
     number = 0
     for leg in dict.fromkeys(on_legs):
@@ -249,7 +249,7 @@ def solved_program(question: Question, solution: Solution, goal: str, **values: 
 def placed_order(question: LiftOff, places: Sequence[float], load_factor: float) -> LiftOff:
     """The order with its events at these places.
 
-    If the load factor scales the loads that vary on a leg, a place there is times the load factor.
+    If the load factor scales the loads that vary on a leg, the places there are multiplied by it.
     """
     order = question.order
     shares = []

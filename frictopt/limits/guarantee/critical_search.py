@@ -28,7 +28,7 @@ from ..program.rest_program import RestProgram, elastic
 from ..program.solution import Solution, Solved, contradiction, solve
 from .critical_state import CriticalState, critical_states, needed
 
-# Labels for the origin of the load factor of a node.
+# Labels that say where the load factor of a node comes from.
 SOLVED = "solved"
 NEVER = "never critical"
 COINCIDE_ALONE = "only at the least safe load factor"
@@ -53,7 +53,7 @@ def critical(question: Question, state: CriticalState) -> RestProgram:
 
     Its goal is the least or the largest such load factor. At the node, the slip adds the reactions
     `at_zero + load_factor rate` of the state. If the fixed parts of the corners do not differ, the
-    rows of the contact law of the node then hold, and are left out.
+    node then obeys the contact law, so that its rows are left out.
     """
     node = state.node
     program = stuck(at_corners(question, residual=True), but=-1 if question.fixed else node)
@@ -155,7 +155,7 @@ class CriticalNodes:
         return tuple(sentences)
 
     def solve(self, node: int) -> None:
-        """Find the least load factor at which a node is critical, and keep it if it is the least.
+        """Find the least load factor at which a node is critical; keep the least of all nodes.
 
         With `simplify` it may be enough to prove that it is above the least load factor so far.
         """
@@ -255,7 +255,7 @@ def load_factor_bounds(question: Question) -> Array:
     net_slips = _net_slips(question)
     total_slip, admissible = _settled_mechanisms(net_slips, unit)
 
-    d = net_slips(total_slip) / unit  # (t, N, N) slips: of a node, in a mechanism
+    d = net_slips(total_slip) / unit  # (t, N, N) slip of each node in each mechanism
     a = total_slip / unit  # (N, N)
     fa = question.friction[:, None] * total_slip / unit
     shear, bound = needed(question.friction, question.q1, question.p1)

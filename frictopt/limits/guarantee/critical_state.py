@@ -138,7 +138,7 @@ def smallest_discs(centres: Array, radii: Array) -> tuple[Array, Array]:
 
 
 def _smallest(centres: Array, radii: Array, rounding: Array) -> tuple[Array, Array]:
-    """The smallest discs around a few discs; each of them touches one, two or three of these."""
+    """The smallest disc around each group of a few discs; it touches one, two or three of them."""
     centre = centres[:, 0]
     radius = np.full(len(radii), np.inf)
     for size in (1, 2, 3):

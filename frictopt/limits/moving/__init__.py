@@ -2,5 +2,5 @@
 
 `normal_path.py` has the path of pressures and gaps: under given loads, and as a function of the
 load factor. `moving_areas.py` has the question, with the shear forces of the nodes that open and
-close. `rest_intervals.py` in the room of the questions has the limits.
+close. `limits/rest_intervals.py` has the limits.
 """

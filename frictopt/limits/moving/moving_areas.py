@@ -116,7 +116,7 @@ class _Equations:
         self._loads = loads.reshape(*loads.shape[:2], -1)
 
     def solved(self) -> Array:
-        """(episodes, 2) slips of the episodes: at load factor 0, and their rate with it."""
+        """(episodes, 2) slips of the episodes at load factor 0, and their rates with it."""
         rows = [np.zeros((0, self._count))]
         right = [np.zeros((0, 2))]
         for m, touching in enumerate(self._touching):
@@ -127,7 +127,7 @@ class _Equations:
         return np.asarray(np.linalg.lstsq(np.vstack(rows), np.vstack(right), rcond=ROUNDING)[0])
 
     def _forces(self, m: int, touching: Booleans) -> tuple[Array, Array]:
-        """Forces at the touching nodes of an instant: rows of the slips, and (rows, 2) constants.
+        """Forces at the touching nodes of an instant: factors of the slips, (rows, 2) constants.
 
         The nodes without pressure follow the nodes with pressure.
         """
@@ -165,7 +165,7 @@ class MovingAreas(Question):
 
     path: PathPiece
     rim: Rim
-    alone: bool  # whether the path is the same at all load factors, or holds only at `near`
+    alone: bool  # whether the path comes from `areas_at`, not from `areas_near`
     near: float  # the load factor at which the path was made
     told_at: float  # the load factor for which the places of events are given
 
@@ -228,7 +228,7 @@ class MovingAreas(Question):
         return np.where(real, self.rim.residual, 0.0)
 
     def slipping(self, part: int) -> int | None:
-        """A rim node that slips in each cycle with any friction; None if there is a solution.
+        """A rim node that slips in each cycle with any friction; None if the equations are solved.
 
         Part 1: such a node at load factors above 0. Part 0: at load factor 0.
         """

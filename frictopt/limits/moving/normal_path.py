@@ -31,8 +31,8 @@ _AT_CORNER = SIMULTANEOUS
 # Largest number of events on a leg, and of pivots of a normal problem, each divided by the number
 # of nodes.
 _STEPS = 20
-# Number of pivots with all wrong nodes that may bring no improvement. Then pivots with single nodes
-# follow.
+# After this number of pivots with all wrong nodes, but without improvement, single nodes are
+# pivoted.
 _PATIENCE = 10
 
 
@@ -57,7 +57,7 @@ class NoPath(Exception):
 
 
 def normal_path(C: Array, corners: Array) -> NormalPath:
-    """The path of pressures and gaps around the cycle of the reactions (K, N) at its corners.
+    """The path of pressures and gaps around a load cycle, from the reactions (K, N) at its corners.
 
     C (N, N) is the normal stiffness. NoPath if a free body lifts off.
     """
@@ -70,7 +70,7 @@ def normal_path(C: Array, corners: Array) -> NormalPath:
         pressure, gap = problem.clean(*states(C, first, opened))
         for _ in range(_STEPS * len(first) + 1):
             instants.append((k, part, pressure, gap))
-            # Up to the next event both are linear.
+            # Up to the next event, pressures and gaps are linear.
             opened, pressures, gaps = problem.following((pressure, gap), opened, first, change)
             part += _to_next_event((pressure, pressures[1]), (gap, gaps[1]))
             if part >= 1 - _AT_CORNER:
@@ -203,7 +203,7 @@ def _open_nodes(C: Array, reactions: Array, force: float, length: float) -> Bool
 
 @dataclass(frozen=True, eq=False)
 class Statuses:
-    """Which of N nodes press around each of M instants; the last interval ends at the first."""
+    """Which of N nodes press before and after each of M instants; the last is before the first."""
 
     before: Booleans  # (M, N) in the interval that ends at the instant
     after: Booleans  # (M, N) in the interval that begins there
@@ -276,7 +276,7 @@ class PathPiece:
 
 
 def piece_of_path(path: NormalPath) -> PathPiece:
-    """A path as a piece: of a path that does not change with the load factor, or only at one."""
+    """A path as a piece, if it holds at all load factors, or is needed at one load factor only."""
     return PathPiece(
         path.leg,
         np.stack([np.zeros_like(path.part), path.part]),
@@ -296,7 +296,7 @@ def piece_at(C: Array, at_zero: Array, scaled: Array, load_factor: float) -> Pat
     """
     path = normal_path(C, at_zero + load_factor * scaled)
     statuses = Statuses.of(path)
-    # Instants that are no events are dropped: there all is linear.
+    # Instants that are neither corners nor events are dropped: pressures and gaps are linear there.
     kept = (path.part == 0) | statuses.touching.any(axis=1)
     path = NormalPath(path.leg[kept], path.part[kept], path.pressure[kept], path.gap[kept])
     statuses = Statuses(statuses.before[kept], statuses.after[kept])

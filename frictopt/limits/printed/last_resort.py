@@ -91,8 +91,8 @@ def _read(program: RestProgram, problem: cp.Problem) -> tuple[Array, Array]:
         shears = [q[at, axis * n + nodes] for axis in range(question.system.tangents)]
         if rows.kind == CONE:
             return np.column_stack([own, *shears]).ravel()
-        # In the arrays `abs(q) <= f p` is two rows, one for each sign of q, which share its
-        # multiplier.
+        # In the arrays `abs(q) <= f p` is two rows, one for each sign of q. They share the
+        # multiplier of the printed row.
         return np.asarray((own + rows.weights[: len(at)] * shears[0]) / 2)
 
     rows = program.form.stacked

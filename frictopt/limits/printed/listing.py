@@ -71,7 +71,7 @@ def _fill_row(row: Row, solved: Solved) -> None:
 
 
 def _multipliers(name: str, solved: Solved) -> Any:
-    """The multipliers of a row of `models.py`, in column order; None if the name is no such row."""
+    """The multipliers of a row of `models.py`, in column order; None if no row has the name."""
     if name in solved.multipliers:
         return solved.multipliers[name]
     question = solved.question
@@ -155,7 +155,7 @@ def _parts(
     forces: Forces,
     more: Mapping[str, cp.Variable],
 ) -> Iterator[tuple[list[Row], Solved]]:
-    """For each set of open nodes: the rows of its instants, and the multipliers at these."""
+    """For each set of open nodes, the rows of its instants and the multipliers of these rows."""
     question = solved.question
     assert isinstance(question, LiftOff)
     slip_shape = question.system.slip_shape
@@ -221,7 +221,7 @@ def _more(
 def _ways_of_legs(
     question: LiftOff, ways: Sequence[cp.Variable], load_factor: Any
 ) -> Iterator[tuple[list[cp.Variable], Any]]:
-    """The unknown places of the events of each leg, and the place of its end."""
+    """For each leg, the unknown places of its events, and the place of its end."""
     on_legs = question.order.on_legs
     for leg in dict.fromkeys(on_legs):
         places = [place for place, of in zip(ways, on_legs, strict=True) if of == leg]
@@ -231,7 +231,7 @@ def _ways_of_legs(
 def _multipliers_of_events(
     question: LiftOff, solved: Solved, touching: Mapping[int, Sequence[int]]
 ) -> dict[str, Array]:
-    """Multipliers of the rows by which nodes have no force at their events.
+    """Multipliers of the rows that leave nodes without force at their events.
 
     The arrays have these multipliers by component.
     """
@@ -260,7 +260,7 @@ def state_rows(
 ) -> list[Row]:
     """The rows of a state of rest at corners, without a goal; see `models.rest`.
 
-    `friction` lists other rows in the place of `models.stuck`.
+    `friction` lists other rows in place of `models.stuck`.
     """
     rows = rest(question, x, corners, more)
     rows += (friction or partial(stuck, law=question.law))(x, f, corners)
@@ -278,8 +278,7 @@ def problem_of(
 ) -> cp.Problem:
     """The printed problem of a solved program, with its values and multipliers.
 
-    `user_rows`, `objective`: the rows, which have their multipliers already, and the objective of
-    the user.
+    `user_rows` and `objective` are those of the user; the rows already have their multipliers.
     """
     if solved.problem is not None:
         return solved.problem
@@ -305,7 +304,7 @@ def _unknowns_of(solved: Solved, load_factor: Any = None) -> tuple[Unknowns, cp.
 def _rows(
     question: Question, x: Unknowns, f: Any, extended: bool, friction: Any = None
 ) -> list[Row]:
-    """The rows of a state of rest. `extended`, with rows of the user: all corners and all slips."""
+    """The rows of a state of rest; all corners and all slips if `extended` by rows of the user."""
     corners = [*x.q] if extended else question.listed_corners
     rows = state_rows(question, x, f, corners, friction)
     if extended and question.compliance is not None:
@@ -377,7 +376,7 @@ _LISTED: dict[str, Callable[[Solved, bool], Listed]] = {
 
 
 def corner_problem(asked: CornerQuestion, load_factor: float, forces: Array) -> cp.Problem:
-    """The problem of a corner, with its load factor and the forces (M,) that balance it."""
+    """The problem of a corner, with its load factor and the forces (M,) that balance its load."""
     question = asked.question
     system = question.system
     name = f"r0[{asked.corner}]" if question.fixed else "r0"

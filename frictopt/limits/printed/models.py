@@ -12,10 +12,10 @@ conditions are (theory, eq. (7))::
 If some nodes stay open, A, B and the loads are condensed to the closed nodes, and the gaps of the
 open nodes stay `w0 + load_factor w1_k + W slip >= 0`. `rest` lists the equations of the forces and
 gaps, `stuck` the rows of the contact law; each question below is one goal over them, apart from
-`gross_slip`, which has no slip. Each row has a label. An equation that defines an unknown has its
-name as label. Slip and q are (N,), in space (N, 2), where `|q|` is the length at each node. There
-is no scaling, symmetry or elimination here, because people read these problems. The table in
-`program/assembled.py` shows which arrays solve them, and which programs have no listing.
+`gross_slip`, which has no slip. Each row has a label; for an equation that defines an unknown, it
+is the name of the unknown. Slip and q are (N,), in space (N, 2), where `|q|` is the length at each
+node. There is no scaling, symmetry or elimination here, because people read these problems. The
+table in `program/assembled.py` shows which arrays solve them, and which programs have no listing.
 """
 
 import operator

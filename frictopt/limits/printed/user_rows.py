@@ -46,7 +46,7 @@ _CONES = (
 
 
 def labelled_rows(constraints: Sequence[Any], known: Iterable[cp.Variable]) -> dict[str, Row]:
-    """The user's constraints, checked, named by their labels if unique, else `constraints[i]`."""
+    """The user's constraints, checked, by name: a unique label, or else `constraints[i]`."""
     known_ids = {variable.id for variable in known}
     places = [f"constraints[{index}]" for index in range(len(constraints))]
     rows = dict[str, Row]()
@@ -80,7 +80,7 @@ def check_rows(name: str, row: Row, known_ids: set[int]) -> None:
 
 
 def _check_variable(name: str, variable: cp.Variable, known_ids: set[int]) -> None:
-    """Refuse unknowns of another model, integers, and attributes that are no linear rows."""
+    """Refuse unknowns of another model, integers, and attributes that give no linear rows."""
     part = variable.name().split("[")[0]
     if variable.id not in known_ids and part in _NAMES:
         raise ModelError(
@@ -193,7 +193,7 @@ class UserRows:
     def add_to(self, program: RestProgram) -> None:
         """Compile the rows with the present values of parameters, and add them to a program.
 
-        The objective becomes its goal.
+        The objective, if any, becomes the goal of the program.
         """
         data, self._chain, self._inverse = self._problem.get_problem_data(
             "CLARABEL", enforce_dpp=True, canon_backend=backend(self._problem), solver_opts={}
@@ -296,7 +296,7 @@ class UserRows:
         self._problem.unpack_results(answer, self._chain, self._inverse)
 
     def ruling(self, solution: Solution) -> list[str]:
-        """Names of the rows with a multiplier in the contradiction that multipliers prove."""
+        """Names of the rows that take part in the contradiction that multipliers prove."""
         self.save(solution.program.user.values(solution))
         sizes = {
             name: max(float(np.abs(dual.value).max(initial=0.0)) for dual in row.dual_variables)
@@ -308,7 +308,7 @@ class UserRows:
     def prices(self, solution: Solution) -> dict[str, Array]:
         """Rate of the objective, >= 0, as each of the user's constraints is relaxed; user units.
 
-        The rate of an equation is the rate with its right side.
+        For an equation, it is the rate as the right side grows, and may be negative.
         """
         self.save(solution.program.user.values(solution))
         # 0.0 + makes an array without axes a number.
@@ -379,7 +379,7 @@ class Substituted:
         return z, self._balance(y)
 
     def completed(self, solved: Solved, solution: Solution) -> Solved:
-        """A solved program completed by what rows of the user contain: own unknowns, all slips."""
+        """A solved program with what rows of the user may contain: own unknowns, and all slips."""
         z, y = self.values(solution)
         question = solution.program.question
         opened = np.flatnonzero(np.tile(question.open_nodes, question.system.tangents))

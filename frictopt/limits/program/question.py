@@ -99,7 +99,7 @@ class Question:
     load_unit: float  # load factor at which the cyclic reactions reach the mean friction bound
     node_unit: Array  # (N,) force at each node
     shear_unit: Array  # (N,) shear force at each node
-    clearance: float  # unit of gaps, length: closing it needs a force of `mean_bound`
+    clearance: float  # unit of gaps, length: to close such a gap takes a force of `mean_bound`
 
     # Files hold only the input, and the arrays are computed anew.
     KEPT_FIELDS: ClassVar[tuple[str, ...]] = (

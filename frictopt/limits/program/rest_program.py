@@ -227,7 +227,7 @@ class RestProgram:
         self.rows = list[Rows]()
         count, entries = start.shape
         self.start = start
-        # The responses, and the slip of each: first that of each question.
+        # The responses, first that of each question; and the number of the slip of each response.
         more, response_of = responses
         self.responses = [*(question.response for question in questions), *more]
         self.slips_of = [*range(len(questions)), *([0] * len(more))]
@@ -447,7 +447,7 @@ def _block(
     parts = list[Array]()
     end = width
 
-    # Normal forces and gaps are in the block; of further responses also the shear forces.
+    # Normal forces and gaps are in the block, and for further responses also the shear forces.
     places = np.zeros((len(program.responses), entries), dtype=int)
     scales = np.zeros((len(program.responses), entries))
     for number, response in enumerate(program.responses):

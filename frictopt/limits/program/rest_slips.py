@@ -98,7 +98,7 @@ class Furthest:
         cost = np.zeros(len(self._arrays.cost))
         cost[unknowns.shear] = -rates / (np.abs(rates).max(initial=0.0) or 1.0)
         if self._warm is not None:
-            # In the plane each program starts from the solution of the last one, whose rows it has.
+            # In the plane each program starts from the solution of the last one: rows are the same.
             self._warm.price(cost)
             outcome, *solution = self._warm.solve()
             if outcome == OPTIMAL:

@@ -215,7 +215,7 @@ class Judged(NamedTuple):
 class Solution:
     """Unknowns x of a solver and multipliers y of the rows, read in the units of the user.
 
-    The bound is evaluated on the stiffness and the loads, without the unknowns of the solver.
+    The bound is evaluated from the stiffness and the loads, without the unknowns of the solver.
     """
 
     program: RestProgram
@@ -295,7 +295,7 @@ class Solution:
     def bound(self) -> tuple[float, float]:
         """The bound of the goal that the multipliers prove, and the error of their balance.
 
-        The error holds for unknowns of the size of the solution or of their units.
+        The error holds for unknowns up to the size of the solution, or up to their units.
         """
         place = self.program.place
         resistance, rates = self.balance
@@ -309,7 +309,7 @@ class Solution:
     def surely(self) -> tuple[float, float]:
         """The least and the largest value that the bound may have, if the solution is not checked.
 
-        They hold for unknowns up to a million times those of the solution, and their units.
+        They hold for unknowns a million times as large as those for which the error holds.
         """
         bound, error = self.bound
         return bound - FAR * error, bound + FAR * error
@@ -333,13 +333,13 @@ class Solution:
 
     @property
     def ruling(self) -> list[str]:
-        """Names of the rows of the user with a part in the contradiction that is proven."""
+        """Names of the rows of the user that take part in the proven contradiction."""
         user = self.program.user
         return [] if user is None else list(user.of.ruling(self))
 
     @cached_property
     def slip_of_nodes(self) -> Array:
-        """(N,) or (N, 2) slip of all nodes within its bound; of open nodes, at the mean load."""
+        """(N,) or (N, 2) slip within its bound; open nodes have their slip at the mean load."""
         return self.program.question.slip_at_mean_load(self.closed_slip())
 
     def closed_slip(self, number: int = 0) -> Array:
@@ -524,7 +524,7 @@ def _cut_to_bound(question: Question, slip: Array, slip_bound: Array) -> Array:
 
 
 def _needless_slide(solution: Solution, slip: SlipUnknowns, values: Array) -> Array:
-    """(t N,) the part of a slip that is a rigid slide, and which the gaps do not need to stay open.
+    """(t N,) the rigid slide in a slip, as far as the gaps do not need it to stay open.
 
     Interior-point solvers make this slide large. The smallest slide that leaves the gaps open is a
     problem of least distance, which is solved as one of nonnegative least squares (Lawson and

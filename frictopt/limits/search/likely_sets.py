@@ -15,7 +15,7 @@ from ..program.question import Question
 
 # Numbers of the local searches of sets and of orders (`order_search.py`).
 
-# Factors of the friction with which the open nodes under the mean load are computed as well.
+# The open nodes under the mean load are computed with the friction times each of these factors.
 FRICTIONS = (1.0, 1.5, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02)
 # A node governs the limit if its motion in the mechanism is above this share of the largest motion.
 _GOVERNS = 0.02
@@ -44,8 +44,8 @@ def settled_sets(
 ) -> Iterator[Booleans]:
     """The open nodes under the mean load with the given friction, and with more and less friction.
 
-    If the mean load opens no node with the given friction, other frictions are tried only if some
-    `safe`: whether some set is known to be safe.
+    If the mean load opens no node with the given friction, other frictions are tried only if
+    `tending`: some closed nodes tend to open. `safe` is whether some set is known to be safe.
     """
     for share in shares:
         try:
@@ -103,7 +103,7 @@ def governing(limit: ShakedownAnswer) -> Integers:
     """Nodes that govern a limit and may change, largest motion first.
 
     In a large closed contact without gaps, only nodes that tend to open govern: each pressed node
-    would cost a program, and in the large contacts measured it gains nothing.
+    would cost a program, which gained nothing in the large contacts measured.
     """
     question = limit._question
     motion = motion_of(limit)
@@ -133,7 +133,7 @@ def motion_of(limit: ShakedownAnswer) -> Array:
 
 
 def _touching(limit: ShakedownAnswer) -> Booleans:
-    """(N,) open nodes whose gap closes at a corner, and closed nodes without pressure at one."""
+    """(N,) open nodes without gap at some corner, and closed nodes without pressure at some."""
     question = limit._question
     if not np.isfinite(limit.load_factor):
         return np.zeros(question.system.nodes, dtype=bool)

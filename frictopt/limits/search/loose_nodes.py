@@ -26,7 +26,7 @@ from ..program.rest_program import RestProgram
 
 # Largest value of the goal in the programs of branches, relative to `LooseNodes.largest`.
 _MOST = 100.0
-# A bound counts as infinite if it reaches this largest value up to this relative distance.
+# A bound counts as infinite if it is within this relative distance of the largest value.
 _AT_MOST = 1e-6
 # A loose node is open if its pressure is below this share of its unit. It is closed if its own
 # motion is below this share of its unit. If all are open or closed, the solution is that of one
@@ -73,7 +73,7 @@ class Relaxed:
 
 
 def loose(question: Question, nodes: Integers) -> RestProgram:
-    """The load factors of states of rest in which some nodes are neither open nor closed.
+    """The program of the load factors of states of rest in which some nodes are loose.
 
     The slip is not bounded, because the slip bound does not hold for open nodes.
     """
@@ -173,7 +173,7 @@ class LooseNodes:
     ) -> tuple[Integers, Integers]:
         """The numbers of the rows `forces`, and the loose node of each row of the contact law.
 
-        The number is -1 for rows of nodes that are not loose, and for all other rows.
+        The loose node is -1 for rows of nodes that are not loose, and for all other rows.
         """
         n = len(nodes)
         index = np.full(program.question.system.nodes, -1)

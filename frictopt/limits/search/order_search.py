@@ -55,11 +55,11 @@ _ABOVE_ZERO = 1e-3
 # Load factors at which transients begin if no safe load factor is known, in units of the load.
 # If the cycle has fixed parts, the first load factor is 0.
 _FIRST = (0.005, 0.05, 0.3, 1.0)
-# The load factor of an overload before the cycles, which leaves another slip, over that of the
+# An overload before the cycles leaves another slip: the ratio of its load factor to that of the
 # cycles.
 _OVERLOAD = 5.0
-# In contacts of at most this many nodes, further transients start from the slip of the limit with
-# the slip of one node moved by its unit, forwards or backwards: they may settle to other orders.
+# In contacts of at most this many nodes, further transients start from the slip of the limit, in
+# which one node is moved by its unit, forwards or backwards. They may settle to other orders.
 _MOVED = 6
 # Cycles after which a transient is given up.
 _CYCLES = 300
@@ -240,7 +240,7 @@ class _OrderSearch(Generic[L]):
         if not np.isnan(self.best.load_factor):
             if least > self.best.load_factor * (1 + GAIN):
                 return False
-            # `least` is NaN if the least safe load factor of one of the two is not known.
+            # `least` becomes NaN if the least safe load factor of either limit is not known.
             least = float(np.minimum(least, self.best.least))
         self._keep(settled.order, limit, least)
         return True

@@ -156,7 +156,7 @@ class _SetSearch(Generic[L]):
         # separate (its limit is not safe at the best load factor).
         self._bounds = {closed.open.tobytes(): _bound(closed)}
         self._separate = list[L]()
-        # The branches, from the time on when together they contain all sets.
+        # The branches, once they contain all sets together.
         self._branches: Branches | None = None
         keep_best(bar, self.answer)
 
@@ -235,7 +235,7 @@ class _SetSearch(Generic[L]):
         return max(self._above, enough)
 
     def from_mean_load(self) -> None:
-        """Try the sets that the mean load opens, so that the first set that counts is near it."""
+        """Try the sets that the mean load opens, so that the first set that counts is likely."""
         question = self._closed._question
         for opened in settled_sets(question, False, True, FRICTIONS[:1]):
             self._neighbour(opened)
@@ -251,7 +251,7 @@ class _SetSearch(Generic[L]):
         moves = not question.static and self._goes_on() and _counts(closed, self._start_by)
         tending = moves and bool(tends_to_open(closed).any())
         if not question.fixed and question.violation(0.0, closed.slip) <= RESIDUAL:
-            # The search for a motion of bodies under the mean load would factorise the stiffness.
+            # This saves a search for motions of bodies, which would factorise the stiffness.
             mean = reactions(question.system, [question.cycle.mean])[0]
             note_balanced(question.system, question.friction, mean)
         self._climb(closed)
@@ -286,7 +286,7 @@ class _SetSearch(Generic[L]):
         key = open_nodes.tobytes()
         if key in self._bounds:
             return None
-        # As long as nothing is proven, the limit of the set may be any.
+        # As long as nothing is proven, the limit of the set may have any value.
         self._bounds[key] = np.inf
         try:
             question = None
@@ -332,7 +332,7 @@ class _SetSearch(Generic[L]):
         return limit not in self._separate
 
     def _joins(self, limit: L) -> bool:
-        """Whether the state of a higher limit is safe down to the best load factor."""
+        """Whether the set of a higher limit is also safe at the best load factor."""
         return not limit.least > self._reach * (1 + GAIN)
 
     @property
@@ -351,7 +351,7 @@ def _bound(limit: ShakedownAnswer) -> float:
     """The proven bound of a set; -inf if no load factor is safe."""
     if not np.isnan(limit.load_factor):
         return limit.bound
-    # If no program was solved, only a solver says that no load factor is safe: this is no proof.
+    # Without a solved program, only a solver says that no load factor is safe, which is no proof.
     return np.inf if limit._solved is None else -np.inf
 
 

@@ -54,14 +54,13 @@ from ..program.solution import Judged, Solution, contradiction, solve
 
 # Distance of the proven bound from the least value, relative to the value.
 AGREED = 1e-7
-# The same for the least value of a single point, which is drawn only.
+# The same for the least value of a single point, which is only drawn.
 DRAWN = 1e-4
 # The smallest value by which these distances are divided, relative to the values without slip.
 _FLOOR = 0.1
 # Largest number of programs of the least value; usually less than ten are enough.
 _ROUNDS = 60
-# Number of planes at which plane and slip begin to be improved in turn, and largest number of
-# turns.
+# Number of planes from which plane and slip are improved in turn, and largest number of turns.
 _BEST = 3
 _TURNS = 20
 # The turns end if a turn gains less than this share of the value.
@@ -112,7 +111,7 @@ class End(NamedTuple):
 
 
 class Stresses:
-    """Stress and strain of P points at K states, and a parameter of them.
+    """Stress and strain of P points at K states, and a fatigue parameter.
 
     Parameters
     ----------
