@@ -61,7 +61,6 @@ from .gross_slip import statics_alone
 from .moving.moving_areas import moving_areas
 from .probability import RandomLimit, ShakedownProbability, probability_of
 from .program import assembled
-from .program.mean_load import is_safe_at_mean_load, open_under_mean
 from .program.question import Question, pose, with_open
 from .program.rest_program import RestProgram
 from .program.solution import (
@@ -73,6 +72,7 @@ from .program.solution import (
     growth,
     solve,
 )
+from .search.likely_sets import is_safe_at_mean_load, open_under_mean
 from .search.order_search import Limits, best_with_events
 from .search.set_search import best_open_set, may_open
 

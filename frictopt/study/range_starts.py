@@ -10,8 +10,8 @@ from ..base import RESIDUAL, ROUNDING, Array
 from ..contact import ContactSystem, LoadCycle, lengths, reactions
 from ..errors import ModelError, SolverError
 from ..limits import Question, guaranteed_limit, pose, shakedown_limit, with_open
-from ..limits.program.mean_load import open_under_mean
 from ..limits.program.rest_slips import Furthest, Rests
+from ..limits.search.likely_sets import open_under_mean
 
 
 class RangeStarts:

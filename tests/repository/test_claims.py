@@ -14,7 +14,7 @@ import pytest
 import frictopt as fo
 from frictopt.limits import limit_of_set, pose, with_open
 from frictopt.limits.answers import sentences
-from frictopt.limits.program.mean_load import open_under_mean
+from frictopt.limits.search.likely_sets import open_under_mean
 from helpers.separation import lifted_system, open_in_space, pulled_system, resting_starts
 from helpers.systems import CYCLE, system, unit_nodes
 from studies import first_look

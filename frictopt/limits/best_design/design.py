@@ -25,9 +25,8 @@ from ..answers.sentences import (
     START_UNKNOWN,
     UNSAFE_BELOW,
 )
-from ..program.mean_load import is_safe_at_mean_load
 from ..program.question import Question, with_open
-from ..search.likely_sets import touching
+from ..search.likely_sets import is_safe_at_mean_load, touching
 from ..search.loose_nodes import Branches, LooseNodes
 from ..search.set_search import MOST_COMPARED
 from ..shakedown import ShakedownLimit, limit_of_any_set, limit_of_set
