@@ -56,7 +56,7 @@ PROGRAMS = {
 
 
 def time_of(study: Study) -> tuple[str, str]:
-    """Minutes of a study by the last line of its page, and the options of its command there."""
+    """Minutes of a study, from the last line of its page, and the options of the command there."""
     for folder in ("docs/tables", "docs/writeups/tables"):
         page = _ROOT / folder / f"{study.name}.md"
         if page.is_file():

@@ -23,7 +23,7 @@ def timed(run: Callable[[], Any], repetitions: int) -> Timed:
     """Run once without timing, then repeat with timing, for at most 2 s.
 
     If the first run takes longer, or no repetition is requested, the time of the first run counts.
-    The median of an even number is the faster of the two middle times.
+    For an even number of repetitions, the median is the faster of the two middle times.
     """
     start = time.process_time()
     answer = run()

@@ -1,11 +1,11 @@
-"""Frequency and damping of three joints against load and friction, and a bolted joint on meshes.
+"""Frequency and damping of three joints against load and friction; a bolted joint on three meshes.
 
 Run with `python -m studies damping [--quick]`. Damping is given with its range over residual slips.
 The joints are plane: the paper's punch on a block that is stretched, the dovetail root of a blade
 that sways, and a lap joint of two plates, pressed together on their overlap and pulled. Load
 factors are relative to the shakedown limit, frequencies relative to the glued joint, as if the load
-were the load of a mode. The range is the range of the steady states that a search finds; there may
-be others.
+were the load of a mode. The range covers the steady states that a search finds; there may be
+others.
 
 The bolted joint is in space: two plates, clamped by one bolt, which are pulled to and fro and lift
 off around it. Its load factors are relative to the load at which the plates slide off. Its
@@ -240,7 +240,7 @@ def summary(tables: Mapping[str, pd.DataFrame]) -> str:
 
 
 def _on_meshes(table: pd.DataFrame) -> str:
-    """The differences of limit, work and slipping share of the bolted joint between meshes."""
+    """Limit, work and slipping share of the bolted joint on each mesh."""
     rows, meshes = [], table.groupby("elements")
     for share, of_load in table.groupby("load_share"):
         rows.append(

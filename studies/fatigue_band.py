@@ -3,8 +3,8 @@
 Run with `python -m studies fatigue_band [--quick]`. The parameter is that of Smith, Watson and
 Topper in the block, on the face and below. The load factor is below the guaranteed limit, so that
 all starts come to rest: transients from random starts must stay in the band. On the face the
-largest value grows with each refinement, at a depth it converges. Lengths are over the half-width
-a of the punch, stresses over P / 2a, and Young's modulus is 1.
+largest value grows with each refinement; at a depth it converges. Lengths are divided by the
+half-width a of the punch, and stresses by P / 2a. Young's modulus is 1.
 """
 
 from collections.abc import Iterator, Mapping
@@ -27,7 +27,7 @@ class Parameters:
 
     friction: float = 0.7
     load_factor: float = 0.5
-    # Of the ends of the punch, beside a flat of half of its width.
+    # Radius of the ends of the punch, beside a flat of half its width.
     radius: float = 1.0
     # Depth of the band along the contact, and its number of elements.
     depth: float = 0.2
@@ -99,10 +99,10 @@ def against_mesh(parameters: Parameters) -> Iterator[Row]:
 
 
 def _growth(stresses: fo.results.StressMap, friction: float, load_factor: float) -> float:
-    """Growth of the largest value on the face in the middle with ln(1 / size).
+    """Growth of the largest value in the middle of the face, with ln(1 / size).
 
-    The shear traction may jump by twice the friction times the pressure there, if slip changes no
-    pressure. The strain amplitude is that across the face.
+    If slip changes no pressure, the shear traction there may jump by twice the friction times the
+    pressure. The strain is the strain along x.
     """
     system = stresses.system
     middle = system.nodes // 2

@@ -1,9 +1,9 @@
 """A first look at the scene of Flicek et al. (2015), in less than a minute.
 
-Run it with `python -m studies first_look [--quick]`. It prints a table of the onset, four limits of
-slip that stops, and the steady state at two loads. Each limit holds for a set of starts, and the
-table says whether it is proven. The picture shows the behaviour of the contact at each load. A load
-is an amplitude of the bulk stress divided by the mean pressure, sigma / (P / 2a).
+Run it with `python -m studies first_look [--quick]`. It prints a table: the onset, four limits up
+to which slip stops, and the steady state at two loads. Each limit holds for a set of starts, and
+the table says whether it is proven. The picture shows the behaviour of the contact at each load. A
+load is an amplitude of the bulk stress divided by the mean pressure, sigma / (P / 2a).
 """
 
 import time
@@ -56,7 +56,7 @@ _OVERLOADED = "limit after one overload"
 _ASSEMBLED = "limit as assembled"
 _SHAKEDOWN = "shakedown limit"
 _LIMITS = (_ONSET, _OVERLOADED, _SHAKEDOWN)
-# The behaviour of the contact between neighbouring loads with its set of starts, and its colour.
+# The behaviour of the contact in each zone between two limits, and the colour of the zone.
 _ZONES = (
     ("without residual slip no node slips", "#FFFFFF"),
     ("after one overload slip stops", "#E3EEF6"),
@@ -116,7 +116,8 @@ def works(parameters: Parameters) -> Iterator[Row]:
     """One row per load and start.
 
     There are these starts: no slip, the slip of most work that one overload can leave, the opposite
-    slip, the witness, and the safe slip. More loads are at and beside the limits.
+    slip, the witness, and the safe slip. Besides evenly spaced loads, there are the limit after one
+    overload, and two loads beside the shakedown limit.
     """
     system, lower, after_overload = _contact_and_models(parameters.elements, parameters.friction)
     safe = fo.shakedown_limit(system, LOADS, parameters.friction)

@@ -110,8 +110,8 @@ def _row(
     answer = ask()
     seconds = time.process_time() - begin
     value, other = read(answer)
-    # If the mean load causes slip, the residual of the onset is the excess over the bound, and
-    # no error.
+    # If the mean load causes slip, the residual of the onset is the excess over the bound, which is
+    # not an error.
     mean_load_slips = isinstance(answer, fo.results.Onset) and answer.mean_slips
     residual = 0.0 if mean_load_slips else answer.residual
     return {

@@ -2,8 +2,8 @@
 
 Run with `python -m studies guaranteed [--quick]`. All limits of the scene are amplitudes of the
 bulk stress over the mean pressure, sigma / (P / 2a). Between the two limits the start decides
-whether the contact stops slipping. The guaranteed limit is the upper bound with a witness. The
-plane of slips of two nodes explains it.
+whether the contact stops slipping. The witness of the guaranteed limit is a start from which slip
+goes on just above this limit. The plane of slips of two nodes explains it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -40,10 +40,10 @@ class Parameters:
     bound_frictions: tuple[float, ...] = (0.3, 0.5, 0.7)
     # Slip bounds in units of (P / 2a) a / E*.
     bounds: tuple[float, ...] = tuple(round(float(b), 6) for b in np.geomspace(0.1, 10.0, 41))
-    # Load factors of the plane of slips, relative to the guaranteed limit. The shakedown limit
-    # follows them.
+    # Load factors of the plane of slips, relative to the guaranteed limit. The shakedown limit is
+    # added.
     shares: tuple[float, ...] = (0.5, 1.0, 1.4)
-    # The load factor of these at which paths are followed.
+    # One of these load factors, at which paths are followed.
     path_share: float = 1.4
     # Slips from which the paths start.
     starts: tuple[tuple[float, float], ...] = (

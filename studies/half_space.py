@@ -1,7 +1,8 @@
-"""A rigid punch on an elastic half-space as products: an example of operators of the user.
+"""A rigid punch on an elastic half-space as products: an example of operators that a user supplies.
 
-Forces on the cells of a square grid move the surface by convolutions (fast Fourier transforms).
-Conjugate gradients find the pressures that keep it closed. So 65,536 nodes need some 100 MB.
+Convolutions (fast Fourier transforms) turn forces on the cells of a square grid into motions of the
+surface. Conjugate gradients find the pressures that keep the contact closed. 65,536 nodes then need
+about 100 MB.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ CYCLE = fo.LoadCycle({"approach": 1.0}, [{"stretch": -1.0}, {"stretch": 1.0}])
 
 
 def punch_on_half_space(cells: int, nu: float = 0.3) -> fo.ContactProducts:
-    """A square punch with the sides and the modulus 1, and so many cells along a side.
+    """A square punch of side 1 on a half-space of modulus 1, with `cells` cells along a side.
 
     Its load cases move the punch towards the half-space and along x and y by a unit length, or
     stretch the surface of the half-space along x by a unit strain.
@@ -68,7 +69,8 @@ class HalfSpace:
         # The forces that were found last, from which the next search begins.
         self._last = dict[str, Array]()
         self._spectra = rfft2(compliance.astype(kind))
-        # The inverse of the motions on a periodic surface preconditions those on this one.
+        # The inverse of the operator on a periodic surface preconditions the operator on this
+        # surface.
         wrapped = compliance[2, 2].reshape(2, cells, 2, cells).sum(axis=(0, 2))
         self._stiffness = 1 / rfft2(wrapped.astype(kind)).real
 
@@ -80,7 +82,7 @@ class HalfSpace:
         return np.asarray(irfft2(spectra, (2 * n, 2 * n))[:, :n, :n].ravel())
 
     def forces(self, motions: Array, axes: slice = _ALL, search: str = "") -> Array:
-        """Forces along some axes that cause motions along them; `search` names which ones."""
+        """Forces along some axes that cause motions along them; `search` names the search."""
         n = self._cells
 
         def nearly(motions: Array) -> Array:
@@ -121,7 +123,7 @@ class HalfSpace:
     def operator(
         self, rows: int, there: Callable[[Array], Array], back: Callable[[Array], Array]
     ) -> LinearOperator:
-        """The operator on shear forces with this product and that with its transpose."""
+        """The operator on shear forces, with its product and the product with its transpose."""
         return LinearOperator((rows, 2 * self._cells**2), there, back, dtype=self._kind)
 
 

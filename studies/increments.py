@@ -33,7 +33,7 @@ class Parameters:
     instants: tuple[float, ...] = (0.0, 0.5, 0.75, 0.9, 1.0, 1.5, 1.75, 1.9, 2.0)
     # Number of cycles of the history before the steady cycle.
     first_cycles: int = 3
-    # Place of the inner node over a; the nearest node is taken.
+    # Place of the inner node divided by a; the nearest node is taken.
     inner_x: float = -0.9
 
 

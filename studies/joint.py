@@ -105,7 +105,7 @@ def _history(
 ) -> pd.DataFrame:
     """Rows of a data logger: straight segments between random turning points.
 
-    Two of the turning points have all loads at their least and at their largest values.
+    At one turning point all loads have their largest values, and at another their least values.
     """
     least, most = np.array(list(ranges.values())).T
     turns = rng.uniform(least, most, size=(parameters.turns, len(ranges)))

@@ -1,10 +1,10 @@
 """Contacts that lift off: limits of a pin, a fir tree and a flange, and uncoupled contacts.
 
 Run with `python -m studies lift_off [--quick]`. The pin is `PinInPlate`, pushed to and fro. The fir
-tree is the mesh of the tutorial, under spin and a body force of 0.01 N/mm^3 on the blade to and
-fro. The flange is half a pipe joint of four bolts of 25 kN, pulled along one diameter by 1 kN to
-and fro. The uncoupled contacts test the theorem: random contacts of one to four nodes with gaps, B
-= 0, and cyclic loads that lift nodes off.
+tree is the mesh of the tutorial; it spins, and a body force of 0.01 N/mm^3 pushes the blade to and
+fro. The flange is half a pipe joint with four bolts of 25 kN each, pulled to and fro by 1 kN along
+one diameter. The uncoupled contacts test the theorem: random contacts of one to four nodes with
+gaps, B = 0, and cyclic loads that lift nodes off.
 """
 
 from collections.abc import Iterator, Mapping
@@ -42,7 +42,7 @@ class Parameters:
         (32, 0.9),
     )
     fir_frictions: tuple[float, ...] = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
-    # Numbers of elements around the half, and frictions.
+    # Numbers of elements around half the pipe, and frictions.
     flanges: tuple[tuple[int, float], ...] = (
         (12, 0.15),
         (12, 0.2),
@@ -167,9 +167,9 @@ def joints(parameters: Parameters) -> Iterator[Row]:
 def _limits(
     system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float, apart: float, events: bool
 ) -> dict[str, Any]:
-    """Limits with no nodes open, with the open nodes of the settled mean load, and of the search.
+    """Limits with all nodes closed, with the nodes that the settled mean load opens, and by search.
 
-    Transients from the slip of the limit follow on both sides of it.
+    Transients start from the state of the limit, just below and just above the limit.
     """
     steps = None if system.slip_shape == (system.nodes,) else 4
     path = fo.march(system, cycle, friction, _LITTLE, cycles=1, steps=steps)
@@ -261,9 +261,10 @@ def uncoupled(parameters: Parameters) -> Iterator[Row]:
 def _growth(
     system: fo.ContactSystem, friction: float, load_factor: float, starts: NDArray[Any], cycles: int
 ) -> float:
-    """The largest growth of the energy between the first transient and another one.
+    """The largest growth of the energy of the difference of two transients, one of them the first.
 
-    The growth from one corner to the next is relative to the energy between the starts.
+    The growth from one corner to the next is relative to the energy of the difference of the
+    starts.
     """
     paths = [
         fo.march(system, _TO_AND_FRO, friction, load_factor, initial_slip=start, cycles=cycles)

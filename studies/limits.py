@@ -1,8 +1,8 @@
 """Limits of the paper's scene without transients: onset, shakedown limit and safe slip.
 
-Run with `python -m studies limits [--quick]`. Onset and shakedown limit are computed against
-friction and corner size, the safe slip at the limit. All limits are amplitudes of the bulk stress
-over the mean pressure, sigma / (P / 2a).
+Run with `python -m studies limits [--quick]`. Onset and shakedown limit are computed for many
+frictions, and the shakedown limit also for many corner sizes. The safe slip is computed at the
+limit. All limits are amplitudes of the bulk stress over the mean pressure, sigma / (P / 2a).
 """
 
 from collections.abc import Iterable, Iterator
@@ -19,8 +19,8 @@ from .paper import LOADS, force_unit, slip_unit
 from .progress import each
 from .tables import Row, Study, Table, described
 
-# Friction relative to the traction ratio of the bonded corner. Close to this ratio the limit
-# follows no power law of the mesh.
+# Friction must be below this share of the traction ratio of the bonded corner. Closer to this ratio
+# the limit follows no power law of the mesh.
 _BELOW = 0.95
 
 
@@ -54,7 +54,7 @@ class Parameters:
     surface_friction: float = 0.5
     # Meshes of the table of contact stiffness, grading "sine".
     surface_elements: tuple[int, ...] = (16, 24, 32, 48, 64, 96, 124, 192, 256)
-    # E* over the contact stiffness and over a; 0 is a hard contact.
+    # E* divided by the contact stiffness and by a; 0 is a hard contact.
     surfaces: tuple[float, ...] = (0.0, 0.005, 0.02, 0.1)
 
 

@@ -12,7 +12,7 @@ def force_unit(system: fo.ContactSystem) -> float:
 
 
 def slip_unit(system: fo.ContactSystem) -> float:
-    """Slip that the mean pressure makes, a (P / 2a) / E*."""
+    """Unit of slip under the mean pressure, a (P / 2a) / E*."""
     return force_unit(system) / float(system.E_star or float("nan"))
 
 

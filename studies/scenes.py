@@ -1,8 +1,7 @@
 """Limits of the dovetail, the pin in a plate and the rounded punch against friction.
 
-Run with `python -m studies scenes [--quick]`. Loads are in the units of each scene. Each of these
-is one: the mean pull of the blade, the mean pressure of the fit over the radius, the mean pressure
-of the punch.
+Run with `python -m studies scenes [--quick]`. Loads are in the units of each scene: the mean pull
+of the blade, the mean pressure of the fit and the mean pressure of the punch are 1.
 """
 
 from collections.abc import Iterator

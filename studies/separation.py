@@ -2,14 +2,15 @@
 
 Run with `python -m studies separation [--quick]`. If the pressure falls to zero at the edge of the
 contact, the continuum slips there at any cyclic load. The limit then depends on the mesh, and falls
-with it. The limit of the cylinder falls in proportion to the cell. The pressure at the edge varies
-as the root of the distance from the edge, and the bonded shear as one over this root. Partial slip
-(Cattaneo 1938, Mindlin 1949: c/a = sqrt(1 - Q/(f P)) in two dimensions) then reaches just one cell.
+as elements shrink. The limit of the cylinder falls in proportion to the size of the cells: the
+pressure at the edge varies as the root of the distance from the edge, and the bonded shear as one
+over this root. Partial slip (Cattaneo 1938, Mindlin 1949: c/a = sqrt(1 - Q/(f P)) in two
+dimensions) then reaches just one cell.
 
-The flat punch at high friction and the pin are closed under the mean load. Yet they shake down
-above the limit with all nodes closed, with nodes that open and close in each cycle. The limit with
-these nodes is compared with transients from its slip. The load factor of a punch is sigma / (P /
-2a), of the cylinder Q / (f P), of the pin its force over the overlap of the fit.
+The flat punch at high friction and the pin are closed under the mean load. Yet, with nodes that
+open and close in each cycle, they shake down above the limit with all nodes closed. The limit with
+these nodes is compared with transients from its slip. The load factor is sigma / (P / 2a) for a
+punch, Q / (f P) for the cylinder, and force divided by overlap of the fit for the pin.
 """
 
 import time
@@ -26,7 +27,7 @@ from .paper import LOADS
 from .progress import each
 from .tables import Row, Study, Table, markdown, two_digits
 
-# Of the cylinder; E* = 1, and P so that the half-width of the contact is 1.
+# Radius and half-length of the cylinder. E* is 1, and P makes the half-width of the contact 1.
 _RADIUS, _HALF_LENGTH = 1.0, 2.0
 _CYLINDER_FRICTION = 0.5
 # Load factors relative to the shakedown limit, for contacts that are closed under the mean load.
@@ -198,7 +199,7 @@ CLOSED = Table(
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
-    """Exponents in the mesh size, of the cylinder and of each rounding."""
+    """Exponents of the limit in the mesh size, for the cylinder and for each rounding."""
     line, punches = tables[CYLINDER.name], tables[ROUNDED.name]
     rows = [["cylinder", two_digits(exponent(line["size"], line["shakedown"])), "1"]]
     parameters = punches[punches["friction"] == FULL.friction]

@@ -4,9 +4,8 @@ Run with `python -m studies size [--quick]`. Each size runs in a new process wit
 memory is the largest memory of this process so far. The plane scene is the scene of the paper; the
 scene in space is a square punch. Both are without symmetry and under bulk stress.
 
-Each question is put to a copy of the contact that has answered nothing. So no question uses what an
-earlier one has computed, or pays for what later ones use. The first call of a short question is not
-timed.
+Each question is put to a new copy of the contact. So no question uses results of an earlier one, or
+computes anything for later ones. The first call of a short question is not timed.
 """
 
 import copy
@@ -40,7 +39,7 @@ _QUESTIONS = (
     "steady state above",
 )
 _REPETITIONS = 3  # of questions that take less than two seconds together
-# Units of the largest memory in a gigabyte.
+# A gigabyte in the units in which the system reports memory.
 _IN_MEMORY = 1e9 if sys.platform == "darwin" else 1e6
 
 
@@ -48,8 +47,8 @@ _IN_MEMORY = 1e9 if sys.platform == "darwin" else 1e6
 class Parameters:
     """Numbers of elements along the contact of the scenes.
 
-    The guaranteed limit and steady states have largest numbers of their own, because they take
-    longer.
+    The guaranteed limit and steady states are computed only up to numbers of their own, because
+    they take longer.
     """
 
     plane: tuple[int, ...] = (64, 124, 250, 500, 1000)
@@ -83,7 +82,7 @@ def times_by_size(parameters: Parameters) -> pd.DataFrame:
 def _answered(
     scene: str, elements: int, guaranteed: bool, transients: bool
 ) -> list[dict[str, Any]]:
-    """The rows of one size; a small contact compiles everything before."""
+    """The rows of one size; a small contact first compiles everything."""
     with threadpool_limits(1):
         _rows(scene, 2, guaranteed, transients)
         return _rows(scene, elements, guaranteed, transients)
@@ -178,7 +177,7 @@ def _report(tables: Mapping[str, pd.DataFrame]) -> str:
 
 
 def _exponent(rows: pd.DataFrame) -> str:
-    """Growth of the time over the sizes from a quarter of the largest size on.
+    """Exponent of the time in the number of nodes, from a quarter of the largest number on.
 
     Steady states have no exponent, because the number of their cycles varies.
     """

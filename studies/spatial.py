@@ -103,7 +103,7 @@ def error_of_increments(parameters: Parameters) -> Iterator[Row]:
 def proofs_of_limits(parameters: Parameters) -> Iterator[Row]:
     """One row per mesh, ratio of stiffness, unit, load cycle and friction.
 
-    Only bodies of equal stiffness have other units.
+    Other units are tried only on the even mesh of bodies of equal stiffness.
     """
     cases = [(mesh, ratio) for mesh in ("even", "uneven") for ratio in parameters.proof_ratios]
     for mesh, ratio in each(cases, "proofs of limits"):
@@ -133,7 +133,7 @@ def proofs_of_limits(parameters: Parameters) -> Iterator[Row]:
 
 
 def _proof(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> dict[str, Any]:
-    """The gap between slip and mechanism with all nodes closed, or the refusal of the limit.
+    """The gap between the bounds of slip and mechanism with all nodes closed, or the refusal.
 
     The nodes are kept closed even if high friction would open some of them.
     """

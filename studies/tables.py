@@ -92,7 +92,7 @@ def two_digits(value: float) -> str:
 
 
 def described(columns: Mapping[str, str]) -> list[str]:
-    """The columns that a table may take from a result: its columns, and the shared columns."""
+    """The columns that a table may take from a result: its own columns, and the shared columns."""
     return [*COLUMNS, *columns]
 
 
@@ -101,7 +101,7 @@ class Table(Generic[P]):
     """One table of a study: its computation, the meaning of its columns, and its file.
 
     The file is parquet and carries in `attrs`: table, about, columns, parameters, versions,
-    seconds, and the notes of `compute`. Only run times and such notes depend on the machine.
+    seconds, and the notes of `compute`. Only run times and these notes depend on the machine.
 
     Parameters
     ----------

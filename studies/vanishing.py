@@ -1,11 +1,12 @@
-"""Cyclic slip just above the guaranteed limit in space: amplitude and room against distance.
+"""Cyclic slip just above the guaranteed limit in space: its amplitude, and the room of the nodes.
 
 Run with `python -m studies vanishing [--quick]`. The contacts are the contacts of `python -m
 studies followed` whose two limits differ. One transient starts from the witness at each distance
-above the guaranteed limit, with one increment per segment. According to theory, cyclic slip whose
-amplitude vanishes leaves some node no room (`docs/writeups/guaranteed-in-space.md`). That the amplitude
-does vanish is an observation. Both limits of a few meshes of `python -m studies space` stand beside
-it.
+above the guaranteed limit, with one increment per segment. Room is the pressure of a slipping node
+in excess of the pressure that it needs without slip. According to theory, cyclic slip whose
+amplitude vanishes leaves some node no room (`docs/writeups/guaranteed-in-space.md`). That the
+amplitude does vanish is an observation. A second table has both limits for a few meshes of `python
+-m studies space`.
 """
 
 from collections.abc import Iterator, Mapping
@@ -67,7 +68,7 @@ def _above(limit: fo.results.GuaranteedLimit, distance: float) -> dict[str, Any]
     path, corners = steady.states(), len(cycle.corners)
     moved = np.linalg.norm(path.slip - path.slip[0], axis=-1).max(axis=0)
     of_corner = (np.round(path.time).astype(int) - 1) % corners
-    # The room that the slips leave without the cyclic load.
+    # The least pressure of each node without the cyclic load.
     least = (path.p - load_factor * cycle.corner_reactions(system)[1][of_corner]).min(axis=0)
     question = pose(system, cycle, friction)
     needed_bounds = needed(friction, question.q1, question.p1)[1]

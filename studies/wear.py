@@ -1,9 +1,10 @@
 """Wear of a cylinder, a rounded punch and a lap joint over the cycles.
 
 Run with `python -m studies wear [--quick]`. Profiles, work of friction, damping, frequency and
-limits are computed. Shares of gross slip shear the cylinder (Hertz, half-width of the contact 1).
-The strain of the block above the shakedown limit wears the rounded punch. A pull of 1.6 times the
-limit wears the lap joint. The coefficient of wear is 1e-3 in the units of each contact.
+limits are computed. The cylinder (Hertz, half-width of the contact 1) is sheared by shares of the
+gross-slip load. The rounded punch wears while its block is stretched above the shakedown limit, and
+the lap joint while it is pulled by 1.6 times its limit. The coefficient of wear is 1e-3 in the
+units of each contact.
 """
 
 from collections.abc import Iterator, Mapping

@@ -178,7 +178,7 @@ def by_contact(name: str, values: object, system: Any) -> Any:
 
 
 def per_node(name: str, values: object, system: Any, negative: str = "") -> Array:
-    """Check real, finite numbers, one for all nodes, for each node or contact; returns (N,).
+    """Check real, finite numbers, one for all, or one for each node or contact; returns (N,).
 
     If `negative` is a text, it is the remedy for a number below 0.
     """
@@ -330,7 +330,7 @@ def checked_loads(name: str, loads: object) -> Mapping[str, float]:
 
 
 def checked_contact(argument: str, contact: object, n: int) -> Names:
-    """Check the names of the contacts of n nodes; the nodes of a name must follow each other."""
+    """Check the name of the contact of each of n nodes; nodes of one contact must be adjacent."""
     names = listed(argument, by_labels(argument, contact))
     if len(names) != n:
         raise ModelError(
@@ -454,7 +454,7 @@ def _largest(name: str, values: object) -> float:
 
 
 def _repeated_loads(cycle: Any) -> Iterator[str]:
-    """Warnings of load cases of the mean load that every corner repeats with the same sign."""
+    """Warnings of load cases in the mean load that every corner repeats with the same sign."""
     corners = getattr(cycle, "corners", ())
     if len(corners) < 2:
         return

@@ -22,7 +22,7 @@ def read_toml(file: Path) -> dict[str, Any]:
 def checked_entries(
     where: str, table: Mapping[str, Any], kinds: Mapping[str, type], needed: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """The entries of a table by their names in `kinds`, which also has the kinds of their values.
+    """The entries of a table by their names in `kinds` (name -> kind of the value).
 
     ModelError if an entry has another name or another kind, or if one that is needed is missing.
     """
@@ -49,7 +49,7 @@ def by_names(what: str, table: Mapping[str, Any], names: Iterable[str]) -> dict[
 
 
 def known(what: str, name: str, names: Iterable[str], remedy: str = "") -> str:
-    """The name in the file that matches, in any case; ModelError with the nearest names."""
+    """The one of `names` that matches, in any case; else a ModelError with the nearest names."""
     by_letters = {each.casefold(): each for each in names}
     letters = name.strip().casefold()
     if letters not in by_letters:
@@ -60,7 +60,7 @@ def known(what: str, name: str, names: Iterable[str], remedy: str = "") -> str:
 
 
 def made(where: str, kind: Callable[..., T], table: object, **given: object) -> T:
-    """The result of a class or a function with the arguments of a table, and with those `given`."""
+    """The result of a class or function for the arguments in a table, and for those `given`."""
     if not isinstance(table, Mapping):
         raise ModelError(f"{where}: {table!r}; give a table of the arguments of {kind.__name__}")
     parameters = [name for name in signature(kind).parameters if name not in given]

@@ -41,8 +41,7 @@ TABLES = (".csv", ".xlsx", ".parquet")
 """Endings of the file of a table."""
 
 KINDS: dict[str, Any] = {}
-"""Name -> class of all values, besides numbers, texts and tables, that a file of a result holds.
-"""
+"""Name -> class, for all values in a file of a result other than numbers, texts and tables."""
 
 
 def kept(kind: type[T]) -> type[T]:
@@ -74,8 +73,8 @@ def output(name: str | Path, *endings: str) -> Path:
 def written(path: str | Path, ending: str) -> Iterator[Path]:
     """Give the path of a file in a temporary folder; once it is complete, it is moved to `path`.
 
-    So are all files that are written beside it, such as the parts of a format of several files. If
-    the disk is full or the process is killed, earlier files stay as they were.
+    All files that are written beside it, such as the parts of a format of several files, are moved,
+    too. If the disk is full or the process is killed, earlier files stay as they were.
 
     Raises
     ------
@@ -119,7 +118,7 @@ def write_table(path: str | Path, table: Any) -> None:
 
 
 def write_sheets(file: Path, tables: Mapping[str, Any]) -> None:
-    """Write each DataFrame to a sheet of a workbook. Texts that begin with "=" are no formulas.
+    """Write each DataFrame to a sheet of a workbook. Texts that begin with "=" stay texts.
 
     Raises
     ------
@@ -258,7 +257,7 @@ def _check_members(archive: ZipFile) -> None:
     if len({member.filename for member in members}) < len(members):
         raise ValueError("two of its members have one name")
     size = sum(member.file_size for member in members)
-    # Compression makes the arrays of a contact a few times smaller, those of a sparse one tens of
+    # Compression makes the arrays of a contact a few times smaller, and sparse arrays tens of
     # times.
     most = 100_000_000 + 100 * sum(member.compress_size for member in members)
     if size > most:

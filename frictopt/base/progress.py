@@ -219,7 +219,7 @@ def _draw_bars() -> None:
             if not _under_way:
                 _drawing = None
                 return
-            with suppress(OSError, ValueError):  # nobody reads them any more
+            with suppress(OSError, ValueError):  # nobody reads the lines any more
                 lines = _lines()
                 now = time.time()
                 if lines and now >= next_line:

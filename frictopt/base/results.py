@@ -183,7 +183,7 @@ class Outcome(Enum):
 @kept
 @dataclass(frozen=True)
 class Attempt:
-    """A run of one solver: name, outcome, and residual of its answer, inf without one.
+    """A run of one solver: name, outcome, and residual of its answer, inf without an answer.
 
     Examples
     --------

@@ -33,8 +33,8 @@ SIMULTANEOUS = RESIDUAL
 # number. It is far above the rounding of a condensation.
 EQUILIBRIUM = 1e3 * CONDENSATION
 
-# Two nodes coincide within this share of the size of the body, if the digits of its coordinates are
-# not known.
+# Nodes closer to each other than this share of the size of the body coincide, if the digits of its
+# coordinates are not known.
 SAME_POINT = 10 * CONDENSATION
 
 # Forces and gaps above this share of the largest ones are real: the errors of a state are of the
@@ -53,12 +53,12 @@ REPEATED = ROUNDING / 10
 # only their last digit.
 NO_DRIVE = ROUNDING / 1e3
 
-# Rounding leaves a free motion up to this force, relative to the stiffness of the nodes that it
-# moves: the numbers of a DMIG have ten digits.
+# Rounding may resist a free motion by up to this force, relative to the stiffness of the nodes that
+# it moves: the numbers of a DMIG have ten digits.
 FREE_MOTION = 10 * CONDENSATION
 
 # Entries of B or f B between two nodes count as zero up to this share of the diagonal entries of A
-# of these nodes.
+# at these nodes.
 NO_COUPLING = ROUNDING / 10
 
 # In a slip that grows with the load, reactions up to this share of the mean friction bound are

@@ -37,7 +37,7 @@ def unresisted(square: Array, sizes: Array, pressing: Array | None = None) -> tu
     scaled /= along
     first, leading, soft, left = _factored(scaled)
     del scaled
-    # In these directions the resistances are independent: some motions may be resisted, and others
+    # Along these motions the resistances are independent: some motions may be resisted, and others
     # not.
     values, independent = np.linalg.eigh(left)
     soft = soft @ independent
@@ -88,7 +88,7 @@ def _factored(scaled: Array) -> _Factored:
 
 
 def _rank(pivots: Array) -> int:
-    """The number of pivots that are a stiffness; all others are the rounding of a matrix.
+    """The number of pivots that are stiffness; all others are rounding.
 
     The pivots are relative to the stiffness of the nodes. The rounding depends on the digits of the
     data and on the mesh, so no fixed number divides free motions from soft ones. They are divided
@@ -101,7 +101,7 @@ def _rank(pivots: Array) -> int:
     return int((pivots >= above[gaps.argmax()]).sum())
 
 
-# Rows of a large matrix that change at once.
+# Number of rows of a large matrix that are changed at once.
 _AT_ONCE = 250
 
 

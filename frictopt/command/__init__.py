@@ -4,7 +4,7 @@ The arguments of a shell come in. A text or JSON, files, and an exit code go out
 
 - `main.py`: runs a command; errors, interrupts and their exit codes
 - `questions.py`: the list of the questions, and how each is asked of a contact in a file
-- `options.py`: options of a command from signature and docstring of its function
+- `options.py`: options of a command, from the signature and the docstring of its function
 - `inputs.py`: contact, load cycle and friction from files and arguments
 - `answers.py`: an answer as text, as JSON, as a table and as a picture
 - `files.py`: `look`, `compare` and `check`, on files alone

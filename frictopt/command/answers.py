@@ -35,7 +35,7 @@ _PARTIAL = ("report", "curve", "limit", "table", "work")
 
 
 def add_outputs(command: argparse.ArgumentParser, picture: bool, save: bool = True) -> None:
-    """The options of the forms of an answer."""
+    """Add the options for the forms of an answer."""
     command.add_argument(
         "--json",
         action="store_true",

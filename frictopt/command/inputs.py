@@ -52,7 +52,7 @@ def add_cycle(command: argparse.ArgumentParser) -> None:
 
 
 def add_friction(command: argparse.ArgumentParser, *, scatters: bool) -> None:
-    """The option of the coefficient of friction. If it `scatters`, it may be a range."""
+    """The option of the coefficient of friction. With `scatters`, it may be a range."""
     friction = "coefficient of friction, one, one per node, or NAME=X per contact"
     read, form = numbers_of, "[NAME=]X[,X]"
     if scatters:
@@ -180,7 +180,7 @@ def load_of(text: str) -> Any:
 
 
 def scatter_of(text: str) -> Any:
-    """A number, a list of several, a distribution, or a tuple of three, as from ".1:.15:.2"."""
+    """A number, a list of numbers, a distribution, or a tuple of three, such as ".1:.15:.2"."""
     if ":" not in text:
         return numbers_of(text)
     return _scattered(text, text, (3,), "LEAST:NOMINAL:MOST, or numbers with commas between")

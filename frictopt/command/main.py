@@ -1,4 +1,4 @@
-"""A command is run: its options, its warnings, and its exit code.
+"""Run a command: its options, its warnings, and its exit code.
 
 Exit codes: 0 an answer, 2 bad input, 3 no answer, 4 a file that cannot be read or written, 130
 interrupted (Ctrl-C, SIGTERM), 141 nobody read the output to its end (`| head`).

@@ -1,7 +1,7 @@
 """Options of a command, made from the signature and the docstring of its function.
 
-A parameter becomes an option of its name. Its kind follows from the name, if `_BY_NAME` has it, and
-otherwise from the annotation. Its help is the text of the docstring.
+A parameter becomes an option with its name. The kind of the option follows from `_BY_NAME` if the
+name is there, and otherwise from the annotation. Its help is the text of the docstring.
 """
 
 import argparse

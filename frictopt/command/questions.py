@@ -29,7 +29,7 @@ class Question:
     Attributes
     ----------
     name, about, example
-        The command, its description, and its options in an example after the name of a file.
+        The command, its description, and an example of its arguments.
     kinds
         Kind of the answer -> the public function. A command with several kinds has the option
         `--kind`, whose default is the first one.
@@ -152,7 +152,7 @@ def _answer(question: Question, options: argparse.Namespace) -> int:
 def _refuse_options_of_other_kinds(
     question: Question, kind: str, ours: Mapping[str, object], options: argparse.Namespace
 ) -> None:
-    """ModelError if an option belongs to another kind of the answer."""
+    """Raise ModelError if an option belongs to another kind of answer."""
     for function in question.kinds.values():
         for name in arguments_of(function, options):
             if name not in ours:
@@ -162,7 +162,7 @@ def _refuse_options_of_other_kinds(
 
 
 def tables_of(answer: Any, model: Any = None) -> "dict[str, Table]":
-    """The tables of an answer by their names; the first one is written to its file.
+    """The tables of an answer by their names; `--table` writes the first one.
 
     The model, if it is known, gives the forces through ties.
     """

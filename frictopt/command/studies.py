@@ -104,7 +104,7 @@ def _followed(question: dict[str, Any], shard: Any, workers: int, store: Path) -
 
     executor = workers if workers > 1 else None
     try:
-        # One process and several then give the same digits.
+        # With one BLAS thread, one process and several give the same digits.
         with threadpool_limits(1):
             return dissipation_study(**question, shard=shard, executor=executor, store=store)
     except KeyboardInterrupt as interrupt:

@@ -99,9 +99,10 @@ def frames_of(normals: Array) -> Array:
 
 
 def rigid_displacements(arms: Array) -> Array:
-    """(n, d, m) displacements at the ends of arms (n, d) from a point in its unit motions.
+    """(n, d, m) displacements of the ends of arms (n, d) from a point, in its m unit motions.
 
-    These are displacements, and then turns: about z in the plane, about x, y and z in space.
+    The point first moves along each axis. Then it turns: about z in the plane, about x, y and z in
+    space.
     """
     d = arms.shape[1]
     arms_in_space = np.pad(arms, ((0, 0), (0, 3 - d)))

@@ -47,14 +47,14 @@ class LoadCycle:
         The K corners in the order in which they are visited, each load case name -> amplitude at
         load factor 1.
     fixed
-        The K parts of the cycle, one for each corner, that the load factor does not scale, load
-        case name -> amplitude. None: no fixed part. If all `corners` are equal, the load factor
-        scales a static load, and only the fixed part varies. Transients begin at the mean load,
-        which should lie inside the fixed part.
+        The K parts of the cycle that the load factor does not scale, one for each corner: load case
+        name -> amplitude. None: no fixed part. If all `corners` are equal, the load factor scales a
+        static load, and only the fixed part varies. Transients begin at the mean load, which should
+        lie inside the fixed part.
     times
         The K times of the corners, numbers or dates. A further time may follow: the time at which
-        the load returns to the first corner. A `timedelta` becomes a number of seconds. Only
-        names use the times, because friction does not depend on time. None: the times are unknown.
+        the load returns to the first corner. A `timedelta` becomes a number of seconds. The times
+        only name the corners, because friction does not depend on time. None: they are unknown.
 
     Raises
     ------
@@ -115,7 +115,8 @@ class LoadCycle:
         """Names of the corners, such as "t = 2.5: sigma = +1, Q = +0.5".
 
         A name has the time of the corner, if it is known, and the loads at load factor 1 without
-        the mean load. Of more than six loads it has the first five, and the number of the corner.
+        the mean load. If there are more than six loads, it has the first five, and the number of
+        the corner.
         """
         names = []
         for k, corner in enumerate(self.corners):
@@ -176,9 +177,9 @@ class LoadCycle:
             pandas DataFrame with a row for each point in time and a column for each load case: its
             whole amplitude, static part included.
         mean
-            Static part of the loads, load case name -> amplitude, which the load factor does not
-            scale: a corner is the row minus the mean. A load case without a column is constant.
-            None: for each column the mean of its smallest and its largest amplitude.
+            Static part of the loads, which the load factor does not scale: load case name ->
+            amplitude. A corner is its row minus this mean. A load case without a column is
+            constant. None: for each column the mean of its smallest and its largest amplitude.
         time
             Name of the column with the time; the rows must be sorted by it. None: the column
             "time", or the index if it holds dates or time differences or has the name "time". The
@@ -244,7 +245,7 @@ class LoadCycle:
             Load case name -> amplitude at load factor 1, or (amplitude, phase in degrees). A
             negative amplitude adds 180 degrees to the phase.
         mean
-            Static load, load case name -> amplitude, which the load factor does not scale.
+            Static load, which the load factor does not scale: load case name -> amplitude.
         points
             Number of corners on an ellipse, >= 3.
 
@@ -295,9 +296,9 @@ class LoadCycle:
             Static load, load case name -> amplitude.
         loads
             Each load is either a box or a polytope. A box, load case name -> (least, most), has
-            load cases that vary independently. A polytope is the list of corners, each load case
-            name -> amplitude, of one load that moves within their hull, such as a rotating force.
-            No load case belongs to two loads.
+            load cases that vary independently. A polytope is one load that moves within the hull of
+            its corners, such as a rotating force; it is given as the list of these corners, each
+            load case name -> amplitude. No load case belongs to two loads.
 
         Raises
         ------

@@ -11,7 +11,7 @@ from ..base.files import packed, unpacked
 from .components import joined
 
 _FORM = "frictopt contact system 7"
-# Parts that belong to load cases, whose names are an array of their own.
+# Parts that belong to load cases. The names of these load cases are an array of their own.
 _NAMES = {"bonded": "cases", "bolts": "locked", "load_size": "sized"}
 
 

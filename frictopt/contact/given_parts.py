@@ -31,7 +31,7 @@ _SOFTEST = 1e-150
 
 
 def _is_empty(name: str, values: object) -> bool:
-    """Whether an optional array is None or has no entries, and so has its default."""
+    """Whether an optional array is None or has no entries, and so gets its default."""
     return values is None or real_array(name, values).size == 0
 
 
@@ -99,7 +99,8 @@ def checked_springs(argument: str, stiffness: object, n: int) -> Array:
 def compliances(tangential: object, normal: object, width: Array, tangents: int) -> Array:
     """(M,) compliances of the springs of a surface at nodes of some width (N,).
 
-    `tangential` and `normal` are its stiffnesses, force per length^3, one number or (N,).
+    `tangential` and `normal` are the stiffnesses of the surface, force per length^3, one number or
+    (N,).
     """
     along = 1 / (checked_springs("tangential", tangential, len(width)) * width)
     across = 1 / (checked_springs("normal", normal, len(width)) * width)

@@ -76,8 +76,8 @@ def _worst_point(points: Array) -> int | None:
         share = np.clip(inner @ segment / square, 0.0, 1.0)
     distance = np.abs(inner - np.multiply.outer(share, segment)).max(axis=1, initial=0.0)
 
-    # The part of the segment that is within 1 of each point, from one share of its length to
-    # another, in the load cases that vary along it.
+    # For each point, the part of the segment that is within 1 of it, from one share of the length
+    # to another, in the load cases that vary along the segment.
     moves = segment != 0
     ends = (inner[:, moves, None] + [-1.0, 1.0]) / segment[moves, None]
     ends = np.sort(ends, axis=-1)

@@ -1,7 +1,7 @@
 """The contact law: how large a shear force a node can carry under its normal force.
 
-All laws of the package have one form. At each node the shear force is bounded by a function of the
-normal force that is concave and piecewise linear, and friction opposes the slip::
+All laws of the package have one form. At each node a concave, piecewise linear function of the
+normal force bounds the shear force, and friction opposes the slip::
 
     |q| <= min over the terms of (slope * p + constant),    p >= 0
 
@@ -132,7 +132,7 @@ def friction_coefficients(friction: PerNode, system: ContactSystem) -> Array:
 
 
 def checked_law(system: object, question: str) -> ContactSystem:
-    """Check that a `question` can be answered with the law of a contact; all know Coulomb's law.
+    """Check that a `question` knows the law of a contact; every question knows Coulomb's law.
 
     `question` is a name of a public function, or another name for error messages.
     """

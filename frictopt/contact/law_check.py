@@ -89,8 +89,8 @@ def check_contact_law(
     system, friction
         The contact and its coefficient of friction, one or one per node.
     bonded
-        `(q^w, p^w)`, bonded reactions of the load of that state, force: q (N,) in the plane and (N,
-        2) in space, p (N,). For T states, each array has an additional first axis of length T.
+        `(q^w, p^w)`, bonded reactions under the load of the state, force: q (N,) in the plane and
+        (N, 2) in space, p (N,). For T states, each array has an additional first axis of length T.
     v, w, q, p
         Slip, gap and reactions of the state, in the shapes of `bonded`; `w` includes the initial
         gap.
@@ -103,7 +103,7 @@ def check_contact_law(
     Returns
     -------
     Verdict
-        The largest residual, and that of each equation.
+        The largest residual, and the residual of each equation.
 
     Raises
     ------
@@ -225,7 +225,7 @@ def off_law(
         bound = law.bound(p, force)
         over = size - bound
 
-        # If a slip is only rounding of the motions of its state, it counts as zero.
+        # A slip that is only rounding beside the motions of its state counts as zero.
         rounding = CONDENSATION * np.abs(u).max(axis=(1, 2), initial=0.0)[:, None]
         slid = np.linalg.norm(increment, axis=1)
         turned = np.linalg.norm(q + bound[:, None] * _unit(increment, slid), axis=1)

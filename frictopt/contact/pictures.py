@@ -35,7 +35,7 @@ from .system import ContactSystem
 # Differences of directions up to this number are rounding, and so are differences of places up to
 # this share of the size of the contact.
 _ROUNDING = 1e-9
-# A face is seen along its mean normal if the cosines between this mean and all normals exceed this.
+# A face is seen along its mean normal if each normal has a larger cosine than this with the mean.
 _NOT_STEEP = 0.5
 
 
@@ -88,7 +88,7 @@ def _seen_along_normal(system: ContactSystem, contact: str, nodes: Integers) -> 
 
 
 def _share(system: ContactSystem, nodes: Integers) -> Array:
-    """(n,) share of each of some nodes in their total area; equal shares if areas are unknown."""
+    """(n,) share of each node in the area of all n nodes; equal shares if areas are unknown."""
     width = np.ones(len(nodes)) if system.width is None else system.width[nodes]
     return np.asarray(width / width.sum())
 
@@ -224,7 +224,7 @@ def _system(system: ContactSystem, ax: AnyAxes) -> AnyAxes:
     panels = new_axes(ax, 1 if in_space else 2, size, common_x=False, in_space=in_space)
     upper, *below = panels
     ends = np.array([system.points.min(axis=0), system.points.max(axis=0)])
-    # More normals would hide each other. They are a tenth of the size of the contact.
+    # More normals would hide each other. Each is drawn a tenth as long as the contact.
     drawn = spread(system.points.T, 60)
     length = 0.1 * float(np.ptp(ends, axis=0).max() or 1.0)
     upper.plot(*system.points.T, ".", color=BLACK)

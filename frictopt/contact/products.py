@@ -13,7 +13,7 @@ from ..errors import ModelError
 from .given_parts import checked_gap
 from .system import ContactSystem
 
-# Largest difference of two products that are equal, relative to the sizes of their vectors.
+# Largest difference of two products that should be equal, relative to the sizes of their vectors.
 _ADJOINT = 1e-9
 
 
@@ -26,18 +26,18 @@ class ContactProducts(ContactSystem):
     ModelError that says so. The bodies stay in contact at all nodes: initial gaps and open nodes
     need the stiffness, too.
 
-    `ContactModel.products` makes it of finite elements. You can make your own, for instance of a
-    boundary-element code with hierarchical matrices: all products are linear operators of
-    `scipy.sparse.linalg`. `studies/half_space.py` makes one of a half-space by convolutions.
+    `ContactModel.products` makes it from finite elements. You can make your own, for instance from
+    a boundary-element code with hierarchical matrices: all products are linear operators of
+    `scipy.sparse.linalg`. `studies/half_space.py` makes one for a half-space by convolutions.
 
     Parameters
     ----------
     points, bonded
-        See `ContactSystem`, also for its other parameters, which are not listed here.
+        See `ContactSystem`, also for the parameters that are not listed here.
     pressing
         (N, t N) operator T, with its transpose: pressures due to unit shear forces on the bodies,
-        which stay in contact and slip freely. Shear forces are ordered by component, as in `S`. Its
-        products need 10 correct digits, because they prove both numbers.
+        which stay in contact and slip freely. Shear forces are ordered by component, as in `S`.
+        Products with T need 10 correct digits, because they prove both numbers.
     slipping
         (t N, t N) operator, symmetric: the slips due to the same shear forces, length per force.
     rough

@@ -12,7 +12,7 @@ from .components import joined
 def symmetrised(name: str, matrix: Array) -> Array:
     """The symmetric part of a matrix that is symmetric up to rounding; else a ModelError.
 
-    It is the matrix itself, which must be read-only, if the matrix is exactly symmetric.
+    If the matrix is exactly symmetric, it is returned itself; so it must be read-only.
     """
     # Row by row, as a transposed copy of a large matrix would fill the memory.
     asymmetry = [
@@ -74,8 +74,8 @@ def in_series(S: Array, sizes: Array, R: Array, compliance: Array) -> tuple[Arra
 
     S is (M, M) and R (M, k). `compliance` (M,) are the compliances of the springs, the diagonal of
     G, and `sizes` (M,) > 0 the size of S at each motion. Returned are `(1 + S G)^-1 S`, `(1 + S
-    G)^-1 R` and the added compliance of the load cases `R^T (G^-1 + S)^-1 R`. This is twice the
-    strain energy of bodies and springs, which a least-squares problem minimises.
+    G)^-1 R` and the added compliance of the load cases `R^T (G^-1 + S)^-1 R`. The latter is twice
+    the strain energy of bodies and springs, which a least-squares problem minimises.
 
     With `S = F F^T` only `1 + F^T G F` is inverted. So no spring is too stiff or too soft, and
     rigid motions stay free.
@@ -119,7 +119,7 @@ def following(
     components = np.tile(open_nodes, len(S) // len(open_nodes))
     free, inverse = unresisted(S[np.ix_(components, components)], sizes[components])
 
-    # A free motion is harmless if no load excites it and if no gap changes by it.
+    # A free motion is harmless if no load excites it, and if it changes no gap.
     excited = [np.abs(free[-int(open_nodes.sum()) :]).max(initial=0.0)]
     for pair in bonded:
         r = joined(*pair)

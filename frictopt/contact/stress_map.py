@@ -19,7 +19,7 @@ from .system import ContactSystem, checked_system
 class StressMap(Kept):
     """Stress and strain at points, linear in the loads and in the motions of the contact.
 
-    `ContactModel.stress_map` computes it. With matrices of another code, give the arrays.
+    `ContactModel.stress_map` computes it. If another code has the matrices, give the arrays.
 
     Parameters
     ----------
@@ -125,7 +125,10 @@ class StressMap(Kept):
         return frozen(both[0]), frozen(both[1])
 
     def at(self, loads: Mapping[str, float], motion: Array) -> Array:
-        """(2, P, 3, 3) stress and strain under loads and a motion (M,), gaps less initial gaps."""
+        """(2, P, 3, 3) stress and strain under loads and a motion.
+
+        The motion (M,) has the slips, then the gaps minus the initial gaps.
+        """
         total = np.tensordot(motion, np.asarray(self.motions), 1)
         for name, amplitude in loads.items():
             total = total + amplitude * np.asarray(self.loads[name])

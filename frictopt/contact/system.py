@@ -66,9 +66,10 @@ class ContactSystem(Shown, Plotted):
         q = q^w + A v + B^T (w - gap)         along the tangents
         p = p^w + B v + C (w - gap)           normal, compression positive
 
-    with the slip `v`, the gap `w`, and the bonded reactions `q^w, p^w` (interface glued) linear in
-    the loads. Slips and shear forces are (N,) in the plane and (N, 2) in space. In the plane forces
-    are per unit depth, and the tangent is the normal turned by -90 degrees. Theory, eq. (1).
+    with the slip `v`, the gap `w`, and the bonded reactions `q^w, p^w` of the glued interface,
+    which are linear in the loads. Slips and shear forces are (N,) in the plane and (N, 2) in space.
+    In the plane forces are per unit depth, and the tangent is the normal turned by -90 degrees.
+    Theory, eq. (1).
 
     Parameters
     ----------
@@ -92,8 +93,8 @@ class ContactSystem(Shown, Plotted):
         other. For this and the following parameters, None means that the value is unknown.
     deck_node
         (N,) number that the node of body 1 has in its deck. `condense` takes it from the points of
-        a job. Tables have it in a column, and texts name it beside the number of the node, which
-        counts the nodes of this system from 0.
+        a job. Tables have it in a column. Texts name it beside the number of the node in this
+        system, which counts from 0.
     width
         (N,) tributary lengths (areas in space) > 0; a reaction divided by its width is a mean
         traction.
@@ -109,8 +110,8 @@ class ContactSystem(Shown, Plotted):
         bolt is tightened, and the length by which its unit amplitude shortens it. The work of the
         unit load of a locked bolt is minus the tension times the shortening, see `tension`.
     load_size
-        Load case name -> size of its unit load, force, > 0: the integral of the size of its
-        tractions and forces per volume. The displacement of the load case divided by its size is a
+        Load case name -> size of its unit load, force, > 0: the sizes of its tractions and of its
+        forces per volume, integrated. The displacement of the load case divided by its size is a
         length: the mean motion, along the load, of the loaded surface or volume. `condense` of a
         model computes it.
     shear_strength
@@ -134,8 +135,8 @@ class ContactSystem(Shown, Plotted):
     Attributes
     ----------
     nodes, tangents, slip_shape
-        Numbers N of node pairs, and t of tangents of a pair; shape of a slip of all nodes, (N,) or
-        (N, 2).
+        Number N of node pairs; number t of tangents of each pair; shape of the slips of all nodes,
+        (N,) or (N, 2).
     stiffness_scale
         Mean of the diagonal of S (1 if S is zero): the scale that turns mean forces into the scale
         of slips.
@@ -404,7 +405,7 @@ class ContactSystem(Shown, Plotted):
         return joined(np.zeros(self.slip_shape), self.gap)
 
     def pressing_shut(self, gap: Array) -> Array:
-        """(M,) reactions by which the bonded ones fall when the load presses a gap (N,) shut."""
+        """(M,) amounts by which bonded reactions fall when the load presses a gap (N,) shut."""
         if not gap.any():
             return np.zeros((self.tangents + 1) * self.nodes)
         return self.S[:, -self.nodes :] @ gap
@@ -556,14 +557,14 @@ class ContactSystem(Shown, Plotted):
         The strength does not depend on the pressure, and acts beside friction. Theory, eq. (35).
 
         `shakedown_limit` (without events), `gross_slip`, `march`, `steady_state` and functions that
-        follow such transients support a shear strength. Such transients are computed in increments,
+        follow such transients support a shear strength. Transients are then computed in increments,
         also in the plane. All other functions raise an error for a system with a shear strength.
 
         Parameters
         ----------
         strength
             Largest shear traction, force per length^2, one number, (N,), or one per contact by its
-            name, > 0. inf: none.
+            name, > 0. inf: friction alone bounds the shear.
 
         Raises
         ------

@@ -1,7 +1,7 @@
-"""Nodes of contacts that are moved onto the opposite face, without strain, before assembly.
+"""Moves nodes of contacts onto the opposite face before assembly, without strain.
 
-Coordinates of meshes have noise, and meshes of round faces overlap a little. Other codes have a
-position tolerance or an adjustment for this, and so has `Contact.adjust`.
+Coordinates of meshes have noise, and meshes of round faces overlap a little. `Contact.adjust`
+corrects both, like the position tolerance or the adjustment of other codes.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,18 +23,18 @@ from .mortar import edge_length, faces_of, facing, sags, without_slivers
 from .normals import Planes, node_normals
 from .supports import Place, nodes_of
 
-# Limits of moves, over the shortest edge at the node.
+# Limits of moves, relative to the shortest edge at the node.
 
 # A larger move would change the elements.
 _LARGEST_MOVE = 0.1
-# The nodes of a face move into one plane only if no move is larger: otherwise the face may be
-# curved.
+# The nodes of a face move into one plane only if no move exceeds this limit. A face that needs
+# larger moves may be curved.
 _INTO_PLANE = 0.02
 # Two nodes of matching meshes are at most this far apart.
 _SAME_NODE = 0.01
-# An overlap counts as even if it varies along the contact by at most this share of itself.
+# The overlap of two faces is even if it varies along the contact by at most this share of its mean.
 _EVEN = 0.01
-# Tolerance of ties over the mean edge, as in CalculiX.
+# Tolerance of ties, relative to the mean edge, as in CalculiX.
 _TIED = 0.025
 
 
@@ -43,8 +43,8 @@ def adjusted(
 ) -> tuple[dict[str, Body], list[Tied], list[Integers], list[str]]:
     """The bodies after the moves, the nodes of each tie, the nodes that touch, and notes.
 
-    The nodes that touch are those of body 1 in each contact. A node of several contacts stays in
-    the faces of the earlier contacts while it moves.
+    The nodes that touch are those of body 1 in each contact. A node that belongs to several
+    contacts moves only along the faces of the earlier contacts.
     """
     moves = _Moves(bodies)
     tied = [moves.tie(tie) for tie in ties]
@@ -57,7 +57,7 @@ def adjusted(
 
 
 def even_overlap(contact: Contact, bodies: Mapping[str, Body]) -> float:
-    """Depth by which the faces of a contact overlap; 0 if it is not the same all along them."""
+    """Depth by which the faces of a contact overlap; 0 if the depth varies along them."""
     distance = _Moves(bodies).measured(contact, 0.0).distance
     depth = -float(distance.mean())
     noise = sum(float(bodies[name].errors.max()) for name in (contact.body_1, contact.body_2))
@@ -108,9 +108,9 @@ def _shortest_edges(mesh: Mesh) -> Array:
 
 
 class _Measured(NamedTuple):
-    """Distances (n,) of nodes of face 1 from face 2, along normals (n, d) at their points (n, d).
+    """Distances (n,) from nodes of face 1, at `points` (n, d), to face 2 along `normals` (n, d).
 
-    Nodes of round faces may miss the opposite facets by their `sag`.
+    On round faces, a node may miss the opposite facets by its `sag` (n,).
     """
 
     face_2: Face
@@ -134,7 +134,7 @@ class _Moves:
         self.notes = list[str]()
 
     def tie(self, tie: Tie) -> Tied:
-        """Move nodes of face 1 to their places on face 2; returns those within the tolerance.
+        """Move nodes of face 1 to their places on face 2; return the nodes within the tolerance.
 
         A second pass finds the places of the nodes after the first move. A node that would spoil
         its elements stays, and is glued where it is.
@@ -163,14 +163,14 @@ class _Moves:
             count = number_of(int(np.count_nonzero(too_far)), "node")
             farthest = distance[too_far].max()
             self.notes.append(f"{tie.title}: {count} glued at a distance, of up to {farthest:.3g}")
-        # These nodes stay in later moves, which would part the faces again.
+        # From now on these nodes stay where they are: later moves would part the faces again.
         for name, face_nodes in ((tie.body_1, nodes[near]), (tie.body_2, face_2.facets.ravel())):
             self._fixed.update(dict.fromkeys(((name, k) for k in face_nodes.tolist()), self._axes))
         others = np.setdiff1d(face_1.facets, nodes[near])
         return Tied(nodes[near], P[near], len(others), tolerance)
 
     def fit(self, contact: Contact, adjust: float | Place) -> Integers:
-        """Move nodes of body 1 onto body 2; returns those that touch afterwards."""
+        """Move nodes of body 1 onto body 2, and return the nodes that touch afterwards."""
         tolerance = adjust if isinstance(adjust, float) else 0.0
         face_2, nodes, points, normals, distance, sag = self.measured(contact, tolerance)
         edge = _shortest_edges(self.bodies[contact.body_1].mesh)
@@ -216,9 +216,9 @@ class _Moves:
         return face_1, face_2, nodes, mortar_projection(overlaps, nodes, len(face_2.points))[0]
 
     def _straighten(self, name: str, face: Face, tolerance: float) -> bool:
-        """Move the nodes of a face of body 2 into its plane, if it nearly has one.
+        """Move the nodes of a face of body 2 into one plane, if the face is nearly plane.
 
-        The result is whether the face is plane.
+        Returns whether the face is now plane.
         """
         nodes = np.unique(face.facets)
         edge = _shortest_edges(self.bodies[name].mesh)[nodes].min()
@@ -239,8 +239,9 @@ class _Moves:
     ) -> None:
         """Move corner nodes of a body to places (n, d), and its midside nodes with them.
 
-        A node that must stay in other faces moves along them, until it reaches the plane through
-        its place with the normal (n, d). With `stays`, it remains in this plane in later moves.
+        A node that must stay in other faces moves along them, until it reaches a plane: the plane
+        through its new place, with its normal from `normals` (n, d). With `stays`, the node remains
+        in this plane in later moves.
         """
         mesh = self.bodies[name].mesh
         steps = np.zeros(mesh.p.shape)
@@ -249,7 +250,7 @@ class _Moves:
             fixed = self._fixed.setdefault((name, node), [])
             free = normal - sum((way * (way @ normal) for way in fixed), np.zeros(len(normal)))
             size = float(np.linalg.norm(free))
-            # Faces with nearly the same direction: the node stays where the first one has put it.
+            # If faces have nearly the same direction, the node stays where the first has put it.
             same_direction = 0.1
             if size > same_direction:
                 if fixed:

@@ -47,16 +47,16 @@ class Assembly:
     own_nodes
         Body -> numbers of its nodes.
     points, errors, numbers
-        (nodes, d) coordinates, (nodes, d) errors of these, and (nodes,) numbers in error messages,
-        see `Body.numbers`.
+        (nodes, d) coordinates, their (nodes, d) errors, and the (nodes,) numbers of the nodes in
+        error messages, see `Body.numbers`.
     rows
         (nodes, d) unknown of each displacement along the axes.
     free_rows
         (nodes, d) unknown of each displacement: -1 if a support holds it, -2 if it follows other
         displacements. Supports, ties and cuts are marked in this order.
     tied
-        Matrix by which dependent displacements follow others: those of midside nodes of contact
-        faces, of nodes of ties and couplings, and of cut faces of sectors.
+        Matrix by which dependent displacements follow others. Displacements are dependent at
+        midside nodes of contact faces, at nodes of ties and couplings, and on cut faces of sectors.
     of_ties, followers
         The nodes of each tie with their places, and all nodes that follow others in ties.
     joints
@@ -67,15 +67,16 @@ class Assembly:
     contact, gap, width
         (N,) number of the contact, initial gap and width of each pair.
     untied
-        Matrix of the openings of the pairs, (N, nodes), as if no node followed other nodes.
+        (N, nodes) matrix of the openings of the pairs if there were no ties.
     sides
         Two (N, nodes) matrices for the pairs: their nodes of body 1, and their places on body 2.
     held
-        Nodes of body 1, and openings, of pairs that are left out because both sides are held.
+        The pairs that are left out because both sides are held: their nodes of body 1, and their
+        openings.
     cuts
         The cut sections of bolts.
     notes
-        Sentences on what the model does that its arguments do not say.
+        Sentences on what the model does beyond what its arguments say.
     """
 
     def __init__(
@@ -109,7 +110,7 @@ class Assembly:
 
     @cached_property
     def whole(self) -> csr_matrix:
-        """Stiffness of the separate bodies; midside nodes on contacts follow, and cuts are open."""
+        """Stiffness of the separate bodies: dependent nodes follow others, and cuts are open."""
         parts = [
             body_stiffness(body.mesh, body.material, body.element, self.kinematics)
             for body in self.bodies.values()
@@ -133,9 +134,9 @@ class Assembly:
     def through_ties(self, forces: Array, reactions: Array) -> dict[str, Array]:
         """Tie -> (3, n) normal force, shear and moment (`resultants`) of body 2 on body 1.
 
-        Given are n columns of forces (size, n) that part the faces, and n of the reactions (d N, n)
-        in contacts: a node of a tie may also be in a contact. Supports carry the forces on the
-        nodes that they hold.
+        In each of n states, `forces` (size, n) push the faces apart, and `reactions` (d N, n) act
+        in the contacts; they are needed because a node of a tie may also be in a contact. Supports
+        carry the forces on the nodes that they hold.
         """
         by_pairs = kron(self.untied.T, identity(self.points.shape[1]))
         of_contacts = by_pairs @ (self.glued.interface.frames_to_axes @ reactions)
@@ -201,7 +202,7 @@ class Assembly:
         self.numbers = np.concatenate([body.numbers for body in self.bodies.values()])
 
     def _name_of_node(self, node: int) -> str:
-        """The number of a node in the mesh or deck of its body, in words."""
+        """A node in words: its number in the mesh or deck, and its body."""
         owner = next(name for name, own in self.own_nodes.items() if node in own)
         return f"node {self.numbers[node]} of body {owner!r}"
 
@@ -268,7 +269,7 @@ class Assembly:
         return csr_matrix(by_corners @ by_ties @ by_couplings @ by_sector)
 
     def _couple(self, contacts: Sequence[Contact], midside: Integers) -> csr_matrix:
-        """Matrix by which nodes of couplings follow each other; they are marked in `free_rows`."""
+        """Matrix by which nodes of couplings follow each other. `free_rows` marks these nodes."""
         if self.couplings and self.sector.count > 1:
             raise ModelError(
                 f"supports: {self.couplings[0]} beside a Cyclic; a coupling cannot include nodes "
@@ -291,7 +292,7 @@ class Assembly:
         return matrix
 
     def _midside_ties(self, contacts: Sequence[Contact | Tie]) -> list[csr_matrix]:
-        """Ties of midside nodes of each body on contacts and ties."""
+        """For each body, the matrix by which midside nodes on contacts and ties follow corners."""
         faces = {name: [np.zeros(0, int)] for name in self.bodies}
         for contact in contacts:
             for name, boundary in (
@@ -374,25 +375,27 @@ class Assembly:
         return number, np.concatenate(nodes), csr_matrix(vstack(projections)), *of_joints
 
     def _that_move(self, pairs: tuple[Any, ...]) -> tuple[Any, ...]:
-        """The pairs without those that cannot move: supports or ties hold both sides.
+        """The pairs that can move: supports or ties hold both sides of all other pairs.
 
-        No load moves such a pair. Supports and ties carry its pressure and shear, so its width is
-        not added to other pairs.
+        No load moves a pair that is held on both sides. Supports and ties carry its pressure and
+        shear, so its width is not added to other pairs.
         """
         contact, nodes, projection, *_ = pairs
         weights = openings(nodes, projection)
         opening = weights @ self.followers.matrix
         is_free = (self.free_rows != -1).any(axis=1)
-        # Rounding may join a held node to its neighbours. A node at a crack tip is free.
+        # Rounding may join a held node to its neighbours by tiny weights. A node at a crack tip,
+        # which both faces share, has no weights and counts as free.
         moves = abs(opening) @ is_free >= COUNTS * np.asarray(abs(weights).sum(axis=1)).ravel()
         self.held = nodes[~moves], opening[~moves]
         self._note_held(contact, nodes, moves)
         return tuple(part[moves] for part in pairs)
 
     def _note_held(self, contact: Integers, nodes: Integers, moves: Booleans) -> None:
-        """Note for each contact the pairs that cannot move; ModelError if none of its pairs can.
+        """Make a note of the pairs of each contact that cannot move; ModelError if none can.
 
-        Each pair has the number of its contact, its node of body 1, and whether it moves.
+        Arguments are, for each pair, the number of its contact, its node of body 1, and whether it
+        moves.
         """
         for number, name in enumerate(self.names):
             held = nodes[~moves & (contact == number)]

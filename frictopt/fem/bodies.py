@@ -57,15 +57,15 @@ class Body:
     element
         "linear"; "quadratic": displacements are quadratic in each element, and `mesh` becomes the
         mesh with midside nodes; or "mean_dilatation": linear quadrilaterals and hexahedra that do
-        not lock as nu approaches 0.5. Linear triangles and tetrahedra always lock, quadratic ones
-        do not. None: as in the mesh.
+        not lock as nu approaches 0.5. Linear triangles and tetrahedra always lock near 0.5;
+        quadratic elements do not. None: as in the mesh.
 
     Raises
     ------
     ModelError
-        Elements are not convex, inverted, without area or volume, or of another kind. A quadratic
-        mesh is combined with `element="linear"`. The mesh has several parts that share no edge (in
-        space no face), or nodes that belong to no element.
+        Elements are not convex, have no area or volume, or are of another kind. A quadratic mesh is
+        combined with another `element`. The mesh has several parts that share no edge (in space no
+        face), or nodes that belong to no element.
 
     Examples
     --------
@@ -153,7 +153,7 @@ class Body:
 
     @property
     def through_corners(self) -> Body:
-        """The body with linear elements through its corner nodes, as contacts take it.
+        """The body with linear elements through its corner nodes, as contacts use it.
 
         The corner nodes keep their numbers.
         """
@@ -165,32 +165,31 @@ class Body:
 
     @cached_property
     def errors(self) -> Array:
-        """(nodes, d) error of each coordinate, as the mesh was written."""
+        """(nodes, d) error of each coordinate, from the digits with which the mesh was written."""
         return coordinate_errors(self.mesh.p.T, np.unique(self.mesh.t))
 
     @cached_property
     def written(self) -> Array:
-        """(d, nodes) coordinates as the mesh was written; errors name nodes by them."""
+        """(d, nodes) coordinates before any node moves; supports and loads refer to them."""
         return np.asarray(self.mesh.p)
 
     @cached_property
     def deck_node(self) -> Integers | None:
         """(nodes,) number of each node in the deck, -1 if it has none; None if there is no deck.
 
-        Errors and tables have these numbers.
+        Error messages and tables use these numbers.
         """
         return None
 
     @property
     def numbers(self) -> Integers:
-        """(nodes,) numbers of the nodes in errors, from the deck or from the mesh."""
+        """(nodes,) numbers of the nodes in error messages, from the deck or from the mesh."""
         return np.arange(self.mesh.p.shape[1]) if self.deck_node is None else self.deck_node
 
     def with_mesh(self, mesh: Mesh, **known: Array) -> Body:
-        """The body with another mesh, with known `errors` and `written`.
+        """The body with another mesh, and with its `errors` and `written` if they are known.
 
-        The new body is not checked: the check refuses two parts, and a body that a bolt cuts has
-        two.
+        The new body is not checked, because the check would refuse a body that a bolt cuts in two.
         """
         body = copy(self)
         for name in ("errors", "written"):
@@ -252,8 +251,8 @@ def check_elements(mesh: Mesh) -> None:
 def _sizes(mesh: Mesh) -> Array:
     """(places, elements) signed area or volume, from the Jacobian of the elements at their nodes.
 
-    Corners that coincide have no size, so elements of several shapes are measured at the points of
-    integration.
+    At corners that coincide the Jacobian is zero, so meshes of several shapes are measured at the
+    points of integration.
     """
     element = mesh.elem()
     nodes = mesh.dofs.element_dofs
@@ -270,8 +269,8 @@ def split_bodies(
     """Split a mesh into bodies with separate nodes: its subdomains, or its connected parts.
 
     Each body keeps the named boundaries of the mesh on which it has facets. The facets that it
-    shares with another body become a boundary with the name of that body: between a pin and a plate
-    that share nodes the contact is `Contact("pin", "plate", "plate", "pin")`.
+    shares with another body become a boundary with the name of that body. So the contact of a pin
+    and a plate that share nodes is `Contact("pin", "plate", "plate", "pin")`.
 
     Parameters
     ----------
@@ -280,8 +279,8 @@ def split_bodies(
     materials
         Name of a subdomain -> material of the body; every element is in one of them. Or one
         Material: each part of the mesh that shares no edge (in space no face) with the others is a
-        body. It has the name of the first subdomain with just its elements. If there is none, it is
-        "body 1", "body 2" and so on, in the order of their first elements.
+        body. It has the name of the first subdomain with exactly its elements. Without such a
+        subdomain it is called "body 1", "body 2" and so on, in the order of the first elements.
     element
         Element of all bodies, see `Body`.
 
@@ -308,7 +307,7 @@ def split_bodies(
     >>> sorted(bodies["punch"].mesh.boundaries)
     ['block']
 
-    A block that does not touch the others, all in one set:
+    Two blocks in one mesh that do not touch each other:
 
     >>> apart = MeshQuad.init_tensor([0.0, 1.0, 2.0, 3.0], [0.0, 1.0])
     >>> apart = apart.remove_elements([1])

@@ -1,11 +1,11 @@
 """Decides which points coincide; coordinates have only the digits of their file.
 
 This is the only place that decides how far apart two coincident points may be. A coordinate has an
-error of half a unit in its last digit. In a file, all coordinates of one sign have the same number
-of digits, or the same number of decimals; the larger of the two units counts. Signs are treated
-separately, because a minus may take the place of a digit.
+error of half a unit in its last digit. In a file, all coordinates of one sign have either the same
+number of digits or the same number of decimals. Each of these rules gives a unit, and the larger
+unit counts. Signs are treated separately, because a minus may take the place of a digit.
 
-Numbers of fewer than six digits are round, and are taken as exact. Coordinates of a mesh that was
+Numbers with fewer than six digits are round, and are taken as exact. Coordinates of a mesh that was
 turned have more than twelve digits. In both cases the error is a share of the size of the mesh.
 There is one exception: if all coordinates are numbers of single precision with more than twelve
 digits, as in binary files, their error is the rounding of these numbers.
@@ -34,7 +34,7 @@ def coordinate_errors(points: Array, corners: Integers | None = None) -> Array:
     """
     written = (points if corners is None else points[corners]).ravel()
     rounding = SAME_POINT / 2 * float(np.ptp(points, axis=0).max())
-    # Numbers of one sign that have few digits get at least the decimals of all numbers.
+    # If the numbers of one sign are round, the decimals of all numbers give the unit.
     sizes = np.abs(written)
     unit = np.full(points.shape, _by_decimals(sizes[sizes > rounding]))
     for sign in (-1, 1):
@@ -55,7 +55,7 @@ def coordinate_errors(points: Array, corners: Integers | None = None) -> Array:
 
 
 def _by_decimals(sizes: Array) -> float:
-    """Unit of numbers with equally many decimals, from those of the largest number; 0 if none."""
+    """Unit of the last decimal, if all numbers have the same number of decimals; otherwise 0."""
     largest = np.full(sizes.shape, _exponent(sizes.max(initial=0.0)))
     return float(_unit(largest[:1], _digits(sizes, largest)).max(initial=0.0))
 
@@ -66,14 +66,14 @@ def _exponent(sizes: Array) -> Array:
 
 
 def _unit(exponent: Array, digits: int | None) -> Array:
-    """Unit of the last of some digits, if the first digit has this exponent; 0 without digits."""
+    """Unit of the last digit of numbers, from the exponent of the first digit; 0 without digits."""
     if digits is None:
         return np.zeros(exponent.shape)
     return 10.0 ** (exponent - digits + 1)
 
 
 def _digits(sizes: Array, exponent: Array) -> int | None:
-    """The fewest digits, six to twelve, with which all numbers can be written; else None.
+    """The least number of digits, 6 to 12, with which all numbers can be written; else None.
 
     The first digit of each number is the digit at its exponent.
     """

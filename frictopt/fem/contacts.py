@@ -42,21 +42,22 @@ class Contact:
     match. In the plane the face of body 1 is one chain of edges; in space facets are triangles or
     quadrilaterals.
 
-    The nodes of the face of body 1 are the nodes of the contact, so it should have the finer mesh.
+    The nodes of the face of body 1 are the nodes of the contact, so body 1 should have the finer
+    mesh.
     For round faces whose meshes do not match, body 1 should be the rotating body, and its mesh
     should not be finer.
 
     The face of body 1 may reach beyond the face of body 2. A part of the face without an opposite
     face is free, and a `ModelWarning` reports its size. If at least half of a facet lies opposite
     body 2, its nodes are nodes of the contact, and pressure can act up to half a facet beyond the
-    edge of body 2. If less of a facet lies opposite body 2, this part is added to the nearest node
-    of the contact. Ends and rims of round faces may miss each other by their sag, without a
-    warning.
+    edge of body 2. If less than half of a facet lies opposite body 2, this part is added to the
+    nearest node of the contact. Ends and rims of round faces may miss each other by their sag,
+    without a warning.
 
     Quadratic bodies meet in linear facets through their corner nodes, and the midside nodes follow
-    the corners. The two faces of a crack are faces of one body; the node at its tip, which both
-    share, is in no pair. If a body is free to slide, a taper below 1e-4 is treated as rounding of
-    the coordinates, see `normals` of `condense`.
+    the corners. The two faces of a crack are faces of one body; the node at the tip of the crack
+    belongs to both faces, and is in no pair. If a body is free to slide, a taper below 1e-4 is
+    treated as rounding of the coordinates, see `normals` of `condense`.
 
     Parameters
     ----------
@@ -75,13 +76,13 @@ class Contact:
         enough that the sag is small relative to the gap; otherwise a `ModelWarning` is issued. A
         distance below the last digit of the coordinates is no gap.
     adjust
-        Position tolerance, length: before assembly, nodes of body 1 that overlap, or lie at most
-        this far from the face of body 2, move onto it along its normal. So noise of coordinates
+        Position tolerance, length. Before assembly, nodes of body 1 that overlap body 2, or lie at
+        most this far from its face, move onto the face along its normal. So noise of coordinates
         neither jams nor parts the bodies. If the face of body 2 lies within the tolerance of a
         plane, its nodes move into the plane first. Nothing is strained, and `ContactModel.notes`
         states the largest move. No node may move by more than a tenth of the shortest edge of its
-        elements. Or `adjust` is a place, as in a `Support`: the nodes of body 1 there move, however
-        far they are from the face. The gap of all other nodes is measured, unless `gap` is a
+        elements. Or `adjust` is a place, as in a `Support`: all nodes of body 1 at this place move,
+        however far they are from the face. The gap of other nodes is measured, unless `gap` is a
         function. None: nothing moves. Places and amounts of supports and loads refer to the
         coordinates before the moves.
     tangential_stiffness, normal_stiffness
@@ -162,15 +163,16 @@ class Tie:
         free, and a `ModelWarning` counts them. None: 2.5 % of the mean edge of face 1.
     adjust
         Whether the tied nodes move onto face 2 before assembly, without strain, as in
-        `Contact.adjust`. A node that would move by more than 0.1 of the shortest edge at it stays,
-        and `ContactModel.notes` counts it. Where the faces stay apart, a rotation of both bodies
-        strains them.
+        `Contact.adjust`. A node that would move by more than 0.1 of the shortest edge at this node
+        stays where it is, and `ContactModel.notes` counts it. Where the faces stay apart, a
+        rotation of both bodies strains them.
 
     Raises
     ------
     ModelError
         A name is not a text, or the tolerance is not above 0. In a model: no node lies within the
-        tolerance; nodes of face 1 are held, coupled, in a cut, or followed in a circle.
+        tolerance; nodes of face 1 are held, coupled or in a cut; or faces follow each other in a
+        circle.
 
     Examples
     --------
@@ -244,9 +246,9 @@ def contact_names(contacts: Sequence[Contact]) -> list[str]:
 
 # Nodes at which several contacts meet: independent pairs, and pairs that represent other pairs.
 #
-# If three bodies meet in a point, the relative motion of two of them follows from the motions of
-# both relative to the third. Two contacts between the same two bodies also close such a circle. In
-# each circle one pair, that of the last contact, is dissolved.
+# If three bodies meet in a point, their contacts close a circle: the relative motion of two bodies
+# follows from the motions of both relative to the third. Two contacts between the same two bodies
+# also close a circle. In each circle one pair, that of the last contact, is dissolved.
 
 
 def independent_pairs(
@@ -266,11 +268,11 @@ def independent_pairs(
     relative motions, weighted by their widths. So a uniform traction still passes through (as for
     the multipliers at cross points of the mortar method, Wohlmuth 2000).
 
-    A face with two names is one face: if it continues smoothly from one contact of two bodies to
-    another, the pair of the first contact represents both, with the sum of their normals.
+    A face with two names is one face. If it continues smoothly from one contact of two bodies to
+    another, the pair of the first contact represents both pairs, with the sum of their normals.
 
-    A node that both faces share, at the tip of a crack, is no pair. If the faces do not match, the
-    motion of this node relative to its place is added to the next pair, whose width does not
+    A node at the tip of a crack, which both faces share, forms no pair. If the faces do not match,
+    the motion of this node relative to its place is added to the next pair, whose width does not
     change.
 
     The next pair also represents a node that lies beyond the edge of body 2.
@@ -323,7 +325,7 @@ def _independent(
     spot = parts_of(coincident(points, errors), len(nodes))  # (N,) number of the place of a pair
     is_crowded = (np.bincount(spot)[spot] > 1) & independent
 
-    # Both ends of each pair at a place with several pairs: body, place, and node (-1: none).
+    # For each pair at a place with several pairs, both ends: body, place, and node (-1: none).
     ends = {}
     for k in np.flatnonzero(is_crowded).tolist():
         bodies = contacts[contact[k]].body_1, contacts[contact[k]].body_2
@@ -334,8 +336,8 @@ def _independent(
     node_at = {
         (body, place): node for pair in ends.values() for body, place, node in pair if node >= 0
     }
-    # A pair closes a circle if its ends are already connected. An end is a node, or a place of a
-    # body that has no node there.
+    # A pair closes a circle if its ends are already connected. An end is a node of a body, or the
+    # place if the body has no node there.
     connected = DisjointSet()
     for k, pair in ends.items():
         end_1, end_2 = (
@@ -350,9 +352,9 @@ def _independent(
 
 @dataclass(frozen=True, eq=False)
 class Tied:
-    """The nodes of body 1 that a tie joins, and their places, a matrix (n, nodes of body 2).
+    """The nodes of body 1 that a tie joins, and the matrix (n, nodes of body 2) of their places.
 
-    The other nodes of face 1 are farther from face 2 than the tolerance.
+    `others` counts the other nodes of face 1, which are farther from face 2 than the tolerance.
     """
 
     nodes: Integers
@@ -365,10 +367,10 @@ class Tied:
 class Followers:
     """The nodes of a model that follow others.
 
-    The matrix `chains` (all nodes, all nodes) has the displacements of all nodes: due to nodes that
-    follow no other node, and due to the displacements of followers relative to their places on face
-    2, which are zero. `tie` (all nodes,) is the number of the tie of each node, -1 for nodes that
-    follow no other node.
+    The matrix `chains` (all nodes, all nodes) gives the displacements of all nodes. The column of a
+    node that follows no other node multiplies its displacement. The column of a follower multiplies
+    its motion relative to its place on face 2; this motion is zero. `tie` (all nodes,) is the
+    number of the tie of each node, -1 for nodes that follow no other node.
     """
 
     chains: csr_matrix
@@ -381,21 +383,21 @@ class Followers:
 
     @cached_property
     def matrix(self) -> csr_matrix:
-        """(all nodes, all nodes) displacements due to those of nodes that follow no other node."""
+        """(all nodes, all nodes) displacements of all nodes due to nodes that follow no other."""
         return csr_matrix(self.chains @ diags((self.tie < 0).astype(float)))
 
     @property
     def same(self) -> Integers:
-        """(all nodes,) the one node that each node is or follows; itself if it follows several."""
+        """(all nodes,) the node that each node follows; itself if it follows none or several."""
         starts = self.matrix.indptr[:-1]
         follows_one = np.diff(self.matrix.indptr) == 1
         return np.where(follows_one, self.matrix.indices[starts], np.arange(len(starts)))
 
     def motion(self, held: Booleans, elsewhere: Integers, points: Array) -> csr_matrix:
-        """Matrix by which the displacements follow.
+        """Matrix by which the displacements of followers follow those of other nodes.
 
-        Displacements that are `held` (all nodes, d) stay held, as on a plane of symmetry, where
-        nodes of both faces are held. Nodes `elsewhere` cannot follow.
+        Displacements that are `held` (all nodes, d) stay held, for instance on a plane of symmetry,
+        where nodes of both faces are held. Nodes `elsewhere`, on cuts of sectors, cannot follow.
         """
         nodes = self.nodes
         is_loose = held[nodes] & (self.matrix[nodes] @ held == 0)

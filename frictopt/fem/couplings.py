@@ -1,8 +1,9 @@
 """Couplings of nodes to a point as supports: rigid (RBE2) and distributing (RBE3).
 
 Some displacements of the nodes follow others. The point adds no unknown: the rigid motion of the
-nodes follows from some of their displacements, one for each of its components. A load on the point
-of a rigid coupling is a `RemoteForce` on its nodes, because only its resultant matters there.
+nodes follows from some of their displacements, one for each component of the motion. A load on the
+point of a rigid coupling is a `RemoteForce` on its nodes, because only the resultant of the load
+matters.
 """
 
 from __future__ import annotations
@@ -39,7 +40,8 @@ class _Coupling:
     Attributes
     ----------
     directions, rotations
-        Axes of the displacements and of the rotations of the point that are zero.
+        Axes along which displacements of the point are zero, and axes about which its rotations are
+        zero.
     """
 
     body: str
@@ -84,9 +86,9 @@ class RigidCoupling(_Coupling):
     where
         The nodes, as in a `Support`.
     directions, rotations
-        Displacements of the point that are zero, such as "xy", and rotations, such as "z". By
-        default the nodes are rigid and free. If all are zero, so are all displacements of the
-        nodes.
+        Displacements of the point that are zero, such as "xy", and rotations that are zero, such as
+        "z". By default none is zero: the nodes move freely as a rigid body. If all are zero, so are
+        all displacements of the nodes.
     point
         Coordinates of the point; None: the weighted mean of the nodes. It matters only if some
         motions are zero and others are not. A load on the point is a `RemoteForce` on the same
@@ -111,9 +113,10 @@ class RigidCoupling(_Coupling):
     def _shares(
         self, around: NodesAround, held: Booleans, kinematics: Kinematics
     ) -> tuple[Integers, Integers, Array]:
-        """The displacements that follow, those that they follow, and their shares (f, k).
+        """The displacements that follow, those that lead, and the shares (f, k) of the latter.
 
-        `held` (n d,) are displacements of the nodes, by whose numbers the others are meant.
+        `held` (n d,) says of each displacement of the nodes whether supports hold it. Displacements
+        have the same numbers in the results.
         """
         d = around.points.shape[1]
         motions = motions_of_point(around.points, around.point)
@@ -135,7 +138,7 @@ class RigidCoupling(_Coupling):
 
 @dataclass(frozen=True)
 class DistributingCoupling(_Coupling):
-    """Mean motions of nodes that are zero (RBE3), as a part of a `ContactModel`'s supports.
+    """Nodes whose mean motions are zero (RBE3), as a part of a `ContactModel`'s supports.
 
     The point has the mean displacement of the nodes, and the rotation that fits their displacements
     best. The nodes stay free to move apart, so nothing is stiffened. The reactions act like a
@@ -149,8 +152,8 @@ class DistributingCoupling(_Coupling):
     where
         The nodes, as in a `Support`, weighted as in a `RemoteForce`.
     directions, rotations
-        Displacements of the point that are zero, such as "xy", and rotations, such as "z". At least
-        one is needed.
+        Displacements of the point that are zero, such as "xy", and rotations that are zero, such as
+        "z". At least one is needed.
     point
         Coordinates of the point; None: the weighted mean of the nodes.
 
@@ -256,7 +259,7 @@ def coupled(
 
 
 def _independent(rows: Array) -> Integers:
-    """Columns (r,) of a matrix (m, n) of rank r that are independent, largest first."""
+    """(r,) independent columns of a matrix (m, n) of rank r, the largest first."""
     if not rows.size:
         return np.zeros(0, dtype=np.intp)
     triangle, order = qr(rows, mode="r", pivoting=True)

@@ -2,7 +2,7 @@
 
 A body is plane, axisymmetric or in space. A mesh of scikit-fem counts its corner nodes first, as in
 `mesh.t` and `mesh.facets`, then the midside nodes of edges, facets and elements. The functions at
-the end of the file answer questions on such meshes.
+the end of the file find nodes, facets and parts of such meshes.
 """
 
 from collections.abc import Callable, Sequence
@@ -45,7 +45,7 @@ QUADRATIC = {
 _LINEAR = {second: first for first, second in QUADRATIC.items()} | {
     first: first for first in QUADRATIC
 }
-# Elements by their number of nodes: facets, and serendipity elements.
+# Elements on facets, by the number of corners.
 _FACETS = {2: skfem.ElementLineP1, 3: skfem.ElementTriP1, 4: skfem.ElementQuad1}
 # Order of integration where it is not the default of scikit-fem. Three points per direction are
 # exact for uniform stress in curved elements, and for any stress in straight elements.
@@ -132,14 +132,14 @@ def element_means(dx: Array, values: Array) -> Array:
 
 
 def circumference(x: Array, kinematics: Kinematics) -> Array:
-    """Length around the axis at each point, `2 pi x`; 1 in space, and in the plane (depth)."""
+    """Length around the axis at each point, `2 pi x`; in the plane the depth 1, in space 1."""
     return 2 * np.pi * x if kinematics == "axisymmetric" else np.ones_like(x)
 
 
 def functions_at(basis: Basis) -> tuple[Array, Array]:
     """(elements, nodes, points) values of the functions, and (elements, nodes, d, points) slopes.
 
-    The points are those of integration.
+    The points are the points of integration.
     """
     fields = [field for (field,) in basis.basis]
     functions = [np.broadcast_to(field, basis.dx.shape) for field in fields]
@@ -148,7 +148,7 @@ def functions_at(basis: Basis) -> tuple[Array, Array]:
 
 
 def assembled(mesh: Mesh, weights: Array, functions: Array, rates: Array) -> csr_matrix:
-    """(nodes, nodes) weighted integrals of products of the functions of two nodes.
+    """(nodes, nodes) weighted integrals of the function of one node times the rate of another.
 
     Functions and rates are (elements, nodes, points).
     """
@@ -156,7 +156,7 @@ def assembled(mesh: Mesh, weights: Array, functions: Array, rates: Array) -> csr
 
 
 def _sum(mesh: Mesh, matrices: Array, d: int) -> csr_matrix:
-    """(nodes d, nodes d) sum of the matrices (elements, nodes d, nodes d) of elements."""
+    """(nodes d, nodes d) sum of the matrices (elements, nodes d, nodes d) of all elements."""
     nodes = mesh.dofs.element_dofs.T.astype(np.int32)
     unknowns = (d * nodes[:, :, None] + np.arange(d, dtype=np.int32)).reshape(len(nodes), -1)
     rows = np.broadcast_to(unknowns[:, :, None], matrices.shape)
@@ -232,7 +232,7 @@ def boundary_forces(
 
 
 def node_areas(mesh: Mesh, facets: Integers, kinematics: Kinematics) -> Array:
-    """(nodes,) parts of the area of some facets, in the plane of their length."""
+    """(nodes,) the part of each node in the area of some facets; in the plane, in their length."""
 
     def one(_: Array, normals: Array) -> Array:
         return np.ones_like(normals[:1])
@@ -319,7 +319,7 @@ def quadratic(mesh: Mesh) -> Mesh:
 
 
 def through_corners(mesh: Mesh) -> Mesh:
-    """The linear mesh through the corner nodes, which keep their numbers, as do all facets."""
+    """The linear mesh through the corner nodes; corner nodes and facets keep their numbers."""
     return _LINEAR[type(mesh)](
         np.ascontiguousarray(mesh.p[:, : mesh.nvertices]),
         mesh.t,
@@ -332,8 +332,9 @@ def through_corners(mesh: Mesh) -> Mesh:
 def nodes_from(mesh: Mesh, elements: Any, other: Mesh, of_other: Any) -> Integers:
     """(nodes of the other mesh,) nodes of a mesh that lie at the same places of the same elements.
 
-    The numbers `elements` and `of_other` select these elements in either mesh. The result is 0 at
-    other nodes. This is needed because scikit-fem restricts and cuts only corners.
+    `elements` are the numbers of these elements in the mesh, and `of_other` in the other mesh. The
+    result is 0 at other nodes. This is needed because scikit-fem keeps only corners when it
+    restricts or cuts a mesh.
     """
     nodes = np.zeros(other.dofs.N, dtype=np.intp)
     nodes[other.dofs.element_dofs[:, of_other]] = mesh.dofs.element_dofs[:, elements]
@@ -355,7 +356,7 @@ def functions_of(element: Element, count: int, points: Array) -> tuple[Array, Ar
 
 
 def corner_weights(kind: type[Mesh]) -> Array:
-    """(nodes, corners) weights with which each node of a straight element is a mean of corners."""
+    """(nodes, corners) weights that make each node of a straight element a mean of its corners."""
     linear = _LINEAR[kind].elem()
     return functions_of(linear, linear.refdom.nnodes, kind.elem.doflocs.T)[0].T
 
@@ -385,7 +386,7 @@ def parts_of(links: Sequence[Integers] | Integers, size: int) -> Integers:
 
 
 def midside_ties(mesh: Mesh, facets: Integers, argument: str) -> csr_matrix:
-    """(nodes d, nodes d) matrix of the midside nodes on some facets by their corners.
+    """(nodes d, nodes d) matrix by which midside nodes on some facets follow their corners.
 
     Displacements are counted node by node; the rows of all other nodes are empty. A midside node
     follows the mean of its corners: two of an edge, or four of a facet. On a curved face it is off
@@ -416,7 +417,7 @@ def midside_ties(mesh: Mesh, facets: Integers, argument: str) -> csr_matrix:
         )
     off[distance <= SAME_POINT * size] = 0.0
 
-    arms = _cross_matrices(points - points.mean(axis=1)[:, None])  # of the r_c
+    arms = _cross_matrices(points - points.mean(axis=1)[:, None])  # of the vectors r_c
     J = np.einsum("ncki,nckj->nij", arms, arms)
     turn = _cross_matrices(off)[:, None] @ np.linalg.pinv(J, hermitian=True)[:, None] @ arms
     blocks = (weights[:, :, None, None] * np.eye(3) - turn)[:, :, :d, :d]  # (n, corners, d, d)

@@ -53,9 +53,9 @@ class Recoverable:
         ----------
         loads
             The loads of the state, load case name -> amplitude. Or a steady state of the condensed
-            model: its last corner is the state.
+            model; then the state is the one at its last load corner.
         slip, gap
-            Slip v, (N,) or (N, 2) in space, and gap w, (N,), of the state, length. Leave both out
+            Slip v, (N,), in space (N, 2), and gap w, (N,), of the state, length. Leave both out
             for a steady state. The gap includes the initial gap of this model; None: it is the
             initial gap.
         progress
@@ -64,8 +64,8 @@ class Recoverable:
         Warns
         -----
         ModelWarning
-            Open nodes carry force. Then slip and gap do not belong to a state under these loads. Or
-            the system has another initial gap or contact stiffness than the model (see
+            Open nodes carry force. Either slip and gap do not belong to a state under these loads,
+            or the system has another initial gap or contact stiffness than the model (see
             `ContactSystem.with_gap`, `with_contact_stiffness`, and `Contact`).
 
         Raises
@@ -138,8 +138,9 @@ class Recoverable:
             (P, d) places, and the name of the body that contains them. Nodal stresses are
             interpolated.
         depth, side
-            Distance of a point from each node of the contact, along the normal into body `side`, 1
-            or 2. 0: the points are on the face. Otherwise elements should be at most half as large.
+            Distance of the points from the nodes of the contact, along the normal into body `side`
+            (1 or 2). 0: the points are on the face. Otherwise elements should be at most half as
+            large as the depth.
         progress
             Whether to show a progress bar after two seconds.
 
@@ -206,17 +207,18 @@ class Recoverable:
         Parameters
         ----------
         result
-            Fields that `recover` gave, or a steady state of the condensed model, at its last
+            Fields from `recover`; or a steady state of the condensed model, shown at its last load
             corner; None: the meshes alone.
 
         Returns
         -------
         pyvista.MultiBlock
             A grid for each body, by its name, with "displacement", "von_mises", "stress" and
-            "strain" (xx, yy, zz, xy, yz, xz). The last one is "contact", the faces of bodies 1:
-            "displacement", "normal" (into body 1), "slip", "gap", "shear" (of body 2 on body 1,
-            force per area) and "pressure"; of a steady state also "work_density", the work of
-            friction per cycle and area. Its cells have the number of their contact, "contact".
+            "strain" (xx, yy, zz, xy, yz, xz). The last grid is "contact", the face of body 1 of
+            every contact, with "displacement", "normal" (into body 1), "slip", "gap", "shear" (of
+            body 2 on body 1, force per area) and "pressure"; for a steady state also with
+            "work_density", the work of friction per cycle and area. The values "contact" of its
+            cells are the numbers of their contacts.
 
         Raises
         ------
@@ -304,8 +306,8 @@ class Recoverable:
     ) -> tuple[Array, Array, Array]:
         """(size, n) displacements and (d N, n) reactions under n loads and motions (d N, n).
 
-        The third result has the forces (size, n) of supports and ties. Motions are slips, and gaps
-        minus initial gaps.
+        The third result has the forces (size, n) of supports and ties. A motion consists of slips,
+        and of gaps minus initial gaps.
         """
         assembly = self._assembly
         n, d = len(assembly.contact), assembly.points.shape[1]

@@ -1,4 +1,4 @@
-"""The bodies and the face of the contact as grids of PyVista, with the fields of a result."""
+"""The bodies and the faces of the contacts as grids of PyVista, with the fields of a result."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ def grids_of(model: Any, result: BodyFields | Steady | None) -> Any:
 
 
 def _contact_face(model: Any, fields: BodyFields | None, extra: Mapping[str, Array]) -> Any:
-    """The faces of bodies 1 of all contacts as one mesh of meshio, with fields at its nodes.
+    """The face of body 1 of every contact, all in one mesh of meshio, with fields at its nodes.
 
     `extra` are further values at the nodes of the contacts. A node that is in no pair of its
-    contact moves with its body, and has the other values of the nearest pair; at the tip of a crack
-    it does not slip. A node on the cut of a sector that is a copy of another node has the values of
-    that node, turned.
+    contact has the displacement of its body, and all other values of the nearest pair; at the tip
+    of a crack its slip and gap are zero. On the cut of a sector, a node that copies another node
+    has the values of that node, turned.
     """
     parts = model._assembly
     points = parts.points
@@ -95,9 +95,10 @@ def _along_tangents(values: Array, frames: Array) -> Array:
 
 
 def _faces(model: Any) -> tuple[list[Integers], Integers]:
-    """Facets of body 1 of each contact, as (m, k) numbers of nodes, and the nodes in no pair of it.
+    """Facets (m, k) of body 1 of each contact, by numbers of nodes, and the nodes without a pair.
 
-    The pairs have the first numbers, and other nodes the numbers after them.
+    The number of a node is that of its pair in this contact. Nodes that are in no pair of their
+    contact have the numbers after all pairs.
     """
     parts = model._assembly
     count = len(parts.pairs.nodes)

@@ -23,14 +23,14 @@ from ..errors import ModelError
 # Squared sine of the largest angle between two normals that are treated as one normal.
 ASKEW = 1e-6
 
-# A rigid motion slides along a face if it moves no node along its normal by more than this share of
-# its slip. Coordinates of five digits cause such motions; a wedge causes larger ones.
+# A rigid motion slides along a face if no node moves along the normal by more than this share of
+# the slip. Coordinates of five digits cause such lifts; a wedge causes larger lifts.
 SLIDES = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
 class Interface:
-    """N pairs of a node of a body 1 and a place of a body 2, and directions of relative motion.
+    """N pairs, each of a node of body 1 and a place on body 2, with directions of relative motion.
 
     The relative motion of pair i is `sum_r frames[i, r] z_ri = sum_j M_ij u_j`. It is zero if the
     contact is glued. A node may be in several pairs.
@@ -82,7 +82,7 @@ class Interface:
         return dependent, W, Q
 
     def _independent_columns(self, pairs: Integers) -> Integers:
-        """A candidate for each of some pairs, so that their columns of M are independent."""
+        """A candidate for each of some pairs: the columns of M of these nodes are independent."""
         nodes = np.unique(self.candidates[pairs].indices)
         M = self.candidates[pairs][:, nodes].toarray()
         # A small diagonal entry of R shows a row that depends on the rows before it.
@@ -102,7 +102,7 @@ class Interface:
 
     @cached_property
     def spread(self) -> csr_matrix:
-        """(all nodes, all nodes) displacements due to displacements of independent nodes."""
+        """(all nodes, all nodes) displacements of all nodes due to those of independent nodes."""
         dependent, _, Q = self.dependent_nodes
         size = Q.shape[1]
         return csr_matrix(
@@ -111,7 +111,7 @@ class Interface:
 
     @cached_property
     def frames_to_axes(self) -> csr_matrix:
-        """(N d, d N) relative motions Z along the axes, pair by pair, due to z, frame by frame."""
+        """(N d, d N) matrix from z, direction by direction, to Z along the axes, pair by pair."""
         n, d, _ = self.frames.shape
         by_pairs = blocks_of(self.frames.swapaxes(1, 2))
         return csr_matrix(by_pairs[:, np.arange(n * d).reshape(n, d).T.ravel()])
@@ -151,7 +151,7 @@ class Interface:
         """Correct the normals so that free rigid motions `motions` (size, k) slide exactly.
 
         Rigid motions that slide along the contact up to rounding of the coordinates then open no
-        pair at all. All other normals stay as they are.
+        pair at all. If there are no such motions, the normals stay as they are.
         """
         n, d = self.frames.shape[:2]
         rigid = np.linalg.qr(self.relative(motions, unknowns))[0]  # (d n, k), orthonormal
@@ -164,11 +164,12 @@ class Interface:
 
 
 def lean_to_slide(slips: Array, lifts: Array) -> Array | None:
-    """The lean (n, t) of normals with which rigid motions slide along them exactly.
+    """How far (n, t) the normals have to lean so that rigid motions slide without any lift.
 
-    None if no normal has to lean. Only motions that nearly slide count.
-    At n nodes, k orthonormal rigid motions have the components `slips` (t, n, k) along t
-    directions, towards which the normals may lean, and `lifts` (n, k) along the normals.
+    Only motions that nearly slide count. None if no normal has to lean, or if one would lean by
+    more than `SLIDES`. At n nodes, k orthonormal rigid motions have the components `slips`
+    (t, n, k) along t directions, towards which the normals may lean, and `lifts` (n, k) along the
+    normals.
     """
     slides = null_space(lifts, SLIDES)
     slip = slips @ slides
@@ -178,7 +179,7 @@ def lean_to_slide(slips: Array, lifts: Array) -> Array | None:
     # the node, there is no slip, and the lean is zero.
     square = np.einsum("ain,bin->iab", slip, slip) + ROUNDING * np.eye(len(slip))
     lean = np.linalg.solve(square, np.einsum("ain,in->ia", slip, lift)[..., None])[..., 0]
-    # A smaller lean is rounding. With a larger one, a few of the many nodes form a real wedge.
+    # A smaller lean is rounding. With a larger lean, a few of the many nodes form a real wedge.
     return lean if ROUNDING < np.abs(lean).max() <= SLIDES else None
 
 
@@ -222,16 +223,17 @@ def guided_pairs(
 ) -> tuple[Array, csr_matrix]:
     """Find the axes along which pairs cannot slip, and the nodes that can be dependent.
 
-    The results are the normals (N, d) without their parts along these axes, of any length, and the
+    The results are the normals (N, d), of any length, without their parts along these axes, and the
     candidates (N, all nodes), the entries of M at nodes that can be the dependent node of their
     pair.
 
-    A pair cannot slip along an axis if supports hold all its nodes along that axis. This is also
-    true on a plane of symmetry (or an axis of symmetry), on two conditions. Supports hold the nodes
-    of both bodies there, and the rest of the pair lies on one side: its mirror image cancels its
-    motion. The normal is then put into the plane: it was computed from facets on one side only.
+    A pair cannot slip along an axis if supports hold all its nodes along that axis. A pair on a
+    plane (or an axis) of symmetry cannot slip across it either, on two conditions: supports hold
+    nodes of both bodies there, and the rest of the pair lies on one side, so that its mirror image
+    cancels its motion. The normal is then put into the plane, because it was computed from facets
+    on one side only.
 
-    A node can be dependent if it is held along exactly the axes in which its pairs cannot slip.
+    A node can be dependent if it is held along exactly the axes along which its pairs cannot slip.
     Then no other node depends on its motion along these axes.
 
     Parameters
@@ -255,7 +257,8 @@ def guided_pairs(
             [np.bincount(links.row, flag, minlength=count) > 0 for flag in flags.T]
         )
 
-    # Distance (links, d) of each node from the plane across each axis through the node of body 1.
+    # Distance (links, d) of each node from the planes through the node of body 1, one plane across
+    # each axis.
     first = nodes[links.row]
     distance = points[links.col] - points[first]
     error = 2 * (errors[links.col] + errors[first])
@@ -267,8 +270,8 @@ def guided_pairs(
     across = ~any_link(~held) | is_symmetric
 
     lengths_in_plane = np.linalg.norm(np.where(across, 0.0, normals), axis=1)
-    # Least part of a normal of length 1 in a plane of symmetry. The normal at an edge may lean out
-    # of the plane by half the angle of the facet beside it.
+    # Least share of a normal's length that must lie in a plane of symmetry. The normal at an edge
+    # may lean out of the plane by half the angle of the facet beside it.
     least_share = 0.5
     across &= (lengths_in_plane > least_share * np.linalg.norm(normals, axis=1))[:, None]
 

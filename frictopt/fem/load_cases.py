@@ -75,7 +75,7 @@ def load_case(model: Assembly, argument: str, loads: Sequence[Load]) -> tuple[Ar
 
 
 def _check_once(model: Assembly, argument: str, load: PointForce | RemoteForce) -> None:
-    """Check that no node on a cut of a sector gets its force twice: also that of its copy."""
+    """Check that no node on a cut of a sector gets its force twice: itself, and by its copy."""
     if isinstance(load, RemoteForce) and isinstance(load.where, str):
         return  # nodes are weighted by area, so a node and its copy together count once
     body = model.body(argument, load.body)
@@ -137,7 +137,7 @@ def _glued_along(model: Assembly, argument: str, prescribed: Array, loads: Seque
     _check_together(argument, imposed, model.points[held])
     dependent, _, Q = model.pairs.dependent_nodes
     glued = Q @ displacements
-    # On a plane of symmetry a dependent node follows only the nodes of its pair on that plane.
+    # On a plane of symmetry a dependent node follows only those nodes of its pair that lie on it.
     held_share = Q @ (model.free_rows < 0)
     error = np.abs(displacements[dependent] * held_share - glued)
     is_prescribed = ~np.isnan(prescribed[dependent])

@@ -192,7 +192,7 @@ class BodyForce(ForceLoad):
 class Centrifugal(Part):
     """Centrifugal force of a spinning body: density times angular speed squared times distance.
 
-    The distance is that from the axis of the spin. In the plane the axis is normal to the
+    The distance is measured from the axis of the spin. In the plane the axis is normal to the
     plane, through the centre. In an axisymmetric model it is the axis x = 0. The amplitude of the
     load case multiplies the force, which is proportional to the square of the speed.
 

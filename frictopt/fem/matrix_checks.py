@@ -56,7 +56,7 @@ def checked_stiffness(K: object) -> csr_matrix:
 
 
 def _checked_matrix(name: str, matrix: object, shape: tuple[int, int] | None = None) -> csr_matrix:
-    """Check that a matrix, sparse or dense, is finite and has the given shape (None: is square)."""
+    """Check that a matrix, sparse or dense, is finite and has the `shape` (None: is square)."""
     entries = matrix if issparse(matrix) else finite_array(name, matrix, (None, None))
     sparse = csr_matrix(entries)
     expected = shape or (max(sparse.shape[0], 1),) * 2
@@ -81,8 +81,8 @@ def checked_rows(
 
     In this file, `numbers` (nodes,) are the numbers of the nodes in error messages.
 
-    A row is -1 if `unknowns` or `held` holds its displacement, and -2 if it follows others. Every
-    row of K must be given once.
+    A row is -1 if `unknowns` or `held` holds the displacement, and -2 if the displacement follows
+    others. Every row of K must be given once.
     """
     size = K.shape[0]
     rows = whole_array("unknowns", unknowns, shape, least=-2, most=size - 1)
@@ -169,9 +169,9 @@ def check_forgotten(
 ) -> None:
     """Check that no pair of a contact is left out.
 
-    A pair is missing if nodes of two bodies coincide, other pairs join these bodies, and further
-    nodes of these bodies coincide next to them. Nodes that other pairs join indirectly need no
-    pair, and neither do nodes held on both sides.
+    A pair is missing if a node of one body coincides with a node of another, other pairs join these
+    bodies, and more of their nodes coincide next to these two. Nodes that other pairs join
+    indirectly need no pair, and neither do nodes that are held in both bodies.
     """
     neighbours = graph - diags(graph.diagonal())
     is_ground = np.asarray(neighbours.sum(axis=1)).ravel() == 0  # held nodes without stiffness
@@ -220,8 +220,8 @@ def checked_gap(
 ) -> Array:
     """(N,) initial gap: as given, or measured.
 
-    Arguments are the places (N, d) of the nodes of body 1, the openings (N, d) from body 2 to them,
-    unit normals, and the errors of the openings.
+    Arguments are the places (N, d) of the nodes of body 1, the vectors `opening` (N, d) to them
+    from their places on body 2, unit normals, and the errors of these vectors.
     """
     if gap is not None and not isinstance(gap, str):
         return finite_array("gap", gap, (len(points),))
@@ -343,10 +343,10 @@ def check_sides(
 def _telling(K: csr_matrix, unknowns: Integers, graph: csr_matrix) -> Booleans:
     """(nodes,) nodes whose neighbours show the side on which their body lies.
 
-    Two kinds of nodes do not show it. Nodes connected to clamped nodes lack neighbours, because the
-    matrix does not contain clamped nodes. Such nodes are recognised because clamped nodes pull them
-    back in every shift. The second kind are nodes of reduced models: each is connected to all
-    others.
+    Two kinds of nodes do not show it. The first kind are nodes connected to clamped nodes: they
+    lack neighbours, because the matrix does not contain clamped nodes. They are recognised by the
+    force with which clamped nodes pull them back in every shift. The second kind are nodes of
+    reduced models: each is connected to all others.
     """
     listed = unknowns >= 0
     shifts = np.zeros((K.shape[0], unknowns.shape[1]))  # column a: all nodes move along axis a

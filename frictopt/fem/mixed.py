@@ -15,7 +15,7 @@ from skfem import Mesh
 
 from ..base import Integers
 
-# Corners of each shape at the corners of a hexahedron or quadrilateral, both in the order of decks.
+# The corner of each shape at each corner of a hexahedron or quadrilateral, in the order of decks.
 COLLAPSED = {
     "triangle": (0, 1, 2, 2),
     "quad": (0, 1, 2, 3),
@@ -35,7 +35,7 @@ class _WithCollapsed:
     elem: Any
 
     def _init_facets(self) -> None:
-        """Number the facets: those without area come last, and each belongs to only one element."""
+        """Number the facets; facets without area come last, each belonging to only one element."""
         local = np.array(self.elem.refdom.facets)
         corners = local.shape[1]
         nodes = self.t[local].transpose(1, 0, 2).reshape(corners, -1)
@@ -91,7 +91,7 @@ MIXED_QUADRATIC = (MeshMixedPlane2, MeshMixed2)
 
 
 def canonical(nodes: Integers) -> tuple[Integers, Integers]:
-    """Nodes (corners, m) of facets in a standard form; and how many of them differ in each facet.
+    """Nodes (corners, m) of facets in a standard form, and the number of distinct nodes of each.
 
     The nodes are sorted, and a repeated node is the last one. Two facets have the same nodes if and
     only if their columns are equal.
@@ -116,7 +116,7 @@ def places_among(rows: Integers, known: Integers) -> Integers:
 
 
 def with_wedges(mesh: Mesh) -> Mesh:
-    """The mesh; a mesh of scikit-fem's wedges becomes a `MeshMixed` with the same nodes.
+    """The mesh itself; but a mesh of scikit-fem's wedges becomes a `MeshMixed` with its nodes.
 
     This is needed because scikit-fem 12.0 integrates over only half of its reference wedge.
     """
@@ -130,7 +130,10 @@ def with_wedges(mesh: Mesh) -> Mesh:
 
 
 def polygons(facets: Integers) -> list[Integers]:
-    """Facets (m, corners) as arrays of facets without repeated corners, in their cyclic order."""
+    """Facets (m, corners) without repeated corners: triangles and quadrilaterals are separated.
+
+    The corners of a facet stay in their cyclic order.
+    """
     corners = facets.shape[1]
     differs = facets != np.roll(facets, 1, axis=1)
     if corners < 4 or differs.all():

@@ -46,7 +46,7 @@ from .rigid import Glued
 # Shift of the squares of angular frequencies, relative to (speed of sound / size)^2. The shift lies
 # below the first mode of most bodies.
 _SHIFT = 1e-3
-# A motion counts as rigid if the square of its angular frequency, over the shift, is at most this.
+# A motion is rigid if the square of its angular frequency, divided by the shift, is at most this.
 _RIGID = 1e-7
 # Number of vectors of the search beyond the number of modes: modes of equal frequency need them.
 _MORE_VECTORS = 20
@@ -106,7 +106,7 @@ class Modes(Shown, Plotted):
     >>> modes.frequency.round(-2).tolist(), modes.to_frame().shape
     ([20300.0, 69500.0], (2, 6))
 
-    The displacement of the load of a mode has the natural frequency of the mode:
+    The compliance under the load of a mode yields the natural frequency of the mode:
 
     >>> shaken = model.with_loads({"mode": modes.load(0)}).condense()
     >>> frequency = shaken.compliance[1, 1] ** -0.5 / (2 * 3.14159265)
@@ -148,7 +148,7 @@ class Modes(Shown, Plotted):
     def force(
         self, k: int, loads: Sequence[Load] = (), *, acceleration: ArrayLike | None = None
     ) -> float:
-        """The modal force of loads on the bodies in mode k: `shape F`, force / square root of mass.
+        """The modal force of loads in mode k: `shape F`, in units of force / square root of mass.
 
         If the modal force is small relative to the load, the load mainly excites other modes.
 
@@ -159,9 +159,9 @@ class Modes(Shown, Plotted):
         loads
             Tractions, pressures, forces per volume and nodal forces, at amplitude 1.
         acceleration
-            (d,) acceleration of all supports along x, y (and z), for a shaken base: the
-            participation factors times the acceleration. The response is then the motion relative
-            to the base.
+            (d,) acceleration of all supports along x, y (and z), for a shaken base. Its modal force
+            is the sum of the participation factors times its components; the response is then the
+            motion relative to the base.
 
         Raises
         ------
@@ -212,10 +212,9 @@ class Modes(Shown, Plotted):
     def plot(self, k: int | None = None, ax: Any = None) -> Any:  # type: ignore[override]
         """Draw the shape of mode k with matplotlib (extra `figures`), and return the axes.
 
-        None: all modes, each in a panel. The deformed bodies are drawn over their undeformed shape,
-        which is grey. The picture is drawn in as many axes `ax`, or in a new figure (None).
-        ImportError without matplotlib; ModelError for another number of axes, or if there is no
-        such mode.
+        k=None: all modes, each in a panel. The deformed bodies are drawn over their undeformed
+        shape, which is grey. `ax` has one axes for each mode; None: a new figure. ImportError
+        without matplotlib; ModelError for another number of axes, or if there is no such mode.
         """
         numbers = range(len(self.frequency)) if k is None else [self._number(k)]
         return self._draw(ax, numbers=numbers)
@@ -246,8 +245,8 @@ class Vibrating:
         of a bolt, see `BoltPreload`, move together, so its tension changes in a vibration. The
         loads of the model have no effect: not even a spin stiffens the bodies here. Axisymmetric
         models have axisymmetric modes only. A sector (`Cyclic`) has the modes of its ring that are
-        the same in all sectors: without nodal diameters, or with a multiple of the number of
-        sectors. Its masses refer to one sector. Theory, eq. (34).
+        the same in all sectors: their number of nodal diameters is zero, or a multiple of the
+        number of sectors. Masses refer to one sector. Theory, eq. (34).
 
         Parameters
         ----------
@@ -255,8 +254,8 @@ class Vibrating:
             Number of modes, smaller than the number of unknowns.
         open_nodes
             (N,) whether each node of the contacts is open, in the order of the condensed system; or
-            a result with this attribute, such as a steady state. Nodes that are not open stick.
-            None: all stick.
+            a result with the attribute `open`, such as a steady state. Nodes that are not open
+            stick. None: all stick.
 
         Raises
         ------
@@ -360,7 +359,7 @@ def _motions(
     T, front = fronts(parts.glued)
     compliance = compliances(*springs, parts.width, d - 1)
     compliance = np.where(np.tile(opened, d), np.inf, compliance)
-    # Relative motions, in front -1, are free at open nodes and on springs; all others are zero.
+    # Relative motions, in front -1, are free at open nodes and on springs, and zero elsewhere.
     relative = front < 0
     stiff = np.zeros(len(front))
     with_spring = compliance > 0
@@ -373,7 +372,7 @@ def _motions(
 
 
 def _shift(parts: Assembly) -> float:
-    """Shift of the squares of angular frequencies, with which free bodies have an inverse, too."""
+    """Shift of the squares of angular frequencies; with it even free bodies have an inverse."""
     size = float(np.linalg.norm(np.ptp(parts.points, axis=0)))
     materials = [body.material for body in parts.bodies.values()]
     speeds = [
@@ -387,7 +386,7 @@ def _lowest(
 ) -> tuple[Array, Array]:
     """Squares (n,) of angular frequencies, the lowest first, and modes (unknowns, n).
 
-    They are those of the stiffness of the glued bodies with a mass M. Modes have unit modal mass.
+    The stiffness is `glued.K`, and the mass is M. Modes have unit modal mass.
     """
     size = whole_number("n", n, least=1, most=len(front) - 1)
     _, factors = eliminated(glued, csr_matrix(glued.K + shift * M), T, front, keep=float)

@@ -1,9 +1,9 @@
 """Joining the nodes of two faces by the dual mortar method.
 
 If a face of body 1 reaches beyond the face of body 2, the part without an opposite face is free. If
-more than half of a facet lies beyond, some of its nodes lie beyond the edge of body 2. Such nodes
-have no pair: the next pair of the contact represents them, see `independent_pairs`. So the pressure
-on the part of the facet that lies opposite body 2 acts at this pair.
+this part is more than half of a facet, some nodes of the facet lie beyond the edge of body 2. Such
+nodes have no pair: the next pair of the contact represents them, see `independent_pairs`. So the
+pressure on the part of the facet that lies opposite body 2 acts at this pair.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Joint:
     inside: Booleans
     # nodes of facets of body 1 that lie, at least partly, opposite body 2
     opposite: Integers
-    # length or area of the face of body 1 opposite nothing, and its share of the face
+    # length or area of the part of face 1 that lies opposite nothing, and its share of the face
     beyond: float
     share_beyond: float
     # mean length of the edges of body 1, divided by that of the edges of body 2 that face them
@@ -75,7 +75,7 @@ class Joint:
 
 
 def normals_into(contacts: Sequence[Contact], faces: Sequence[tuple[Face, Face]]) -> list[Array]:
-    """(nodes of body 1, d) normals into body 1 of each contact with its two faces.
+    """(nodes of body 1, d) normals into body 1, for each contact with its two faces.
 
     Faces between the same two bodies that continue smoothly are treated as one face.
     """
@@ -133,7 +133,7 @@ def join_faces(
     missed = 0.0
     if contact.gap == "measured" or (contact.adjust is not None and not contact.gap):
         gap = measured(distance, error)
-        # Nodes that touch need no facets: there the gap of the curved faces is zero, too.
+        # If all nodes touch, facets miss nothing: the gap of the curved faces is zero, too.
         if (np.abs(distance) > error).any():
             missed = float((allowed - error).max())
     else:
@@ -201,7 +201,7 @@ def sags(face_1: Face, face_2: Face, nodes: Integers, P: csr_matrix) -> Array:
 
 
 def facing(face_1: Face, face_2: Face, part: Contact | Tie) -> tuple[Overlaps, Array]:
-    """The overlaps of two faces, and the share (facets,) of each facet of face 1 that faces 2."""
+    """The overlaps of two faces, and how much (facets,) of each facet of face 1 faces face 2."""
     overlaps = facet_overlaps(face_1, face_2)
     share = _sums(overlaps, overlaps.weights, face_1) / face_1.sizes
     _check_faced(share, face_1, part)
@@ -224,7 +224,7 @@ def _around(corners: Array, part: Contact | Tie) -> str:
 
 
 def _check_faced(share: Array, face_1: Face, part: Contact | Tie) -> None:
-    """Check that facets of body 1 face body 2, by a share (facets,) of each, and only once."""
+    """Check, by the share (facets,) of each facet, that body 1 faces body 2, and only once."""
     corners = face_1.corners
     if share.max() < FACED:
         raise ModelError(
@@ -241,7 +241,7 @@ def _check_faced(share: Array, face_1: Face, part: Contact | Tie) -> None:
 
 
 def _part_beyond(share: Array, face_1: Face) -> tuple[float, float]:
-    """Length or area of the face of body 1 that lies opposite nothing, and its share of the face.
+    """Length or area of the part of face 1 that lies opposite nothing, and its share of the face.
 
     Facets of round faces may miss each other by their sag: this does not count.
     """
@@ -263,7 +263,7 @@ def without_slivers(overlaps: Overlaps, face_1: Face, share: Array) -> tuple[Ove
 
 
 def _check_neighbours(inside: Integers, face_1: Face, part: Contact | Tie) -> None:
-    """Check that each facet has one of the nodes that lie opposite body 2."""
+    """Check that each facet has at least one node that lies opposite body 2."""
     has_node = np.isin(face_1.facets, inside).any(axis=1)
     if (i := first_of(~has_node)) is not None:
         raise ModelError(
@@ -307,9 +307,9 @@ def check_touching(
 ) -> None:
     """Check that a contact joins two bodies wherever a facet of one lies on a facet of the other.
 
-    `joined` maps the names of two bodies to the nodes of the first body that contacts of these two
-    join. Facets of joined nodes are not checked, and neither are facets that meet in a point or at
-    an edge. Curved faces are only found to touch if the nodes of both sides coincide.
+    `joined` maps the names of two bodies to the nodes of the first body that contacts join to the
+    second. Facets of joined nodes are not checked, and neither are facets that meet in a point or
+    at an edge. Curved faces are only found to touch if the nodes of both sides coincide.
     """
     no_nodes = np.zeros(0, int)
     for name_1, name_2 in combinations(bodies, 2):

@@ -83,12 +83,13 @@ class RemoteForce(ForceLoad):
         Name of the body in its model.
     where
         The nodes, as in a `Support`. Nodes of a boundary are weighted by their parts of its area
-        (in the plane of its length), all others alike.
+        (in the plane, of its length); nodes of any other place have equal weights.
     x, y, z
         Components of the force, numbers, zero by default. In the plane the force is per unit depth.
         In axisymmetric models it is the sum around the circumference, and only y is allowed.
     moment
-        In space (x, y, z) about the point, in the plane a number, counterclockwise; None: zero.
+        Moment about the point: in space (x, y, z), in the plane a number, counterclockwise; None:
+        zero.
     point
         Coordinates of the point; None: the weighted mean of the nodes.
 
@@ -216,7 +217,8 @@ def distribution(around: NodesAround, kinematics: Kinematics) -> Array:
     """(n d, m) nodal forces of unit loads on the point.
 
     The nodal force is `w_i (F / sum w + turn x r_i)`, with the weight w_i and the arm r_i from the
-    weighted mean of the nodes. The turn gives the moment about that mean.
+    weighted mean of the nodes. The vector `turn` is chosen so that the forces have the right moment
+    about this mean.
     """
     points = around.points
     weights = around.weights
@@ -226,7 +228,8 @@ def distribution(around: NodesAround, kinematics: Kinematics) -> Array:
     if kinematics == "axisymmetric":
         along_axis = motions[:, 1:2]
         return np.asarray(repeated * along_axis / weights.sum())
-    # Weighted motions, scaled so that, as forces, their resultants about the middle are unit loads.
+    # The forces are weighted motions, scaled so that their resultants about the middle are unit
+    # loads.
     sizes = np.maximum(np.abs(motions).max(axis=0), TINY)
     scaled = motions / sizes
     squares = scaled.T @ (repeated * scaled)

@@ -32,14 +32,14 @@ _BENDS_ON = 1 / 3
 _PASSES = 40
 # Number of Newton steps to a normal; each step squares the error of an angle.
 _STEPS = 6
-# Smallest ratio of two eigenvalues of the tangents at a node at which both directions are
-# determined.
+# The tangents at a node determine two directions if the ratio of their two eigenvalues is at least
+# this.
 _SPANNED = 0.05
 # Largest distance of a node from its surface, relative to the shortest edge: coordinates have
 # five digits.
 _ON_SURFACE = 1e-4
 # Normals lean if they differ from the normals of the surface by more than this many times the error
-# of the fit in edges. A smaller difference may be an error of the coordinates.
+# of the fit, which is measured in edges. A smaller difference may be an error of the coordinates.
 _LEANS = 10.0
 # Nodes on at least this number of generators show that a face is round, and not two flat faces.
 _GENERATORS = 4
@@ -61,8 +61,8 @@ class Planes:
     def normal_of(self, face: Face, askew: float = ASKEW) -> Array | None:
         """(d,) unit normal of a face whose facets lie in one plane, else None.
 
-        `askew` is the squared sine of the largest angle between the mean normal of the facets and
-        the normal of the plane.
+        `askew` is the squared sine of the largest allowed angle between the mean normal of the
+        facets and the normal of the plane.
         """
         points = face.points
         areas = areas_of(face.corners)
@@ -71,7 +71,7 @@ class Planes:
         for known in [*self._normals, mean]:
             normal = known if known @ mean > 0 else -known
             error = error_along(normal[None], face.errors[nodes]).max()
-            # Both the nodes and the edge of the plane have this error, on either side.
+            # Both the nodes and the plane have this error, on either side.
             is_flat = np.ptp(points[nodes] @ normal) <= 4 * error
             is_one_normal = np.sum((normal - mean) ** 2) <= askew
             if is_flat and is_one_normal and (areas @ normal > 0).all():
@@ -85,8 +85,8 @@ def node_normals(face: Face, planes: Planes) -> Array:
     """(nodes, d) normals of a face at its nodes, of any length.
 
     Facets that lie in one plane within the `errors` of the coordinates have the normal of this
-    plane, see `Planes`. Other normals are weighted as by Max (1999), which is exact on circles and
-    spheres if facets surround a node. At free ends and rims, normals follow from lines of nodes
+    plane, see `Planes`. Other normals are weighted as by Max (1999). On circles and spheres this is
+    exact at nodes that facets surround. At free ends and rims, normals follow from lines of nodes
     that end at the node or pass through it. These lines are treated as arcs. If the nodes lie on a
     cylinder or a cone, the normals are the normals of this surface, because normals from facets
     lean, for instance on unstructured triangles.
@@ -110,7 +110,7 @@ def node_normals(face: Face, planes: Planes) -> Array:
     if points.shape[1] == 3:
         _put_on_surfaces(corrected, facets, points, of_facets)
 
-    # All other normals are not changed, because normals of flat faces have exact zeros.
+    # Normals that need no correction stay as they are: normals of flat faces have exact zeros.
     changed = np.abs(corrected - normals).max(axis=1) > ROUNDING
     weighted[changed] = corrected[changed] * length[changed, None]
     return weighted
@@ -184,7 +184,7 @@ def _put_on_surfaces(normals: Array, facets: Integers, points: Array, of_facets:
 
 
 def _smooth_parts(facets: Integers, of_facets: Array) -> list[Integers]:
-    """Facets of each part of a face in space that no sharp edge divides."""
+    """Facets of each of the parts into which sharp edges divide a face in space."""
     edges, facet = _edges(facets)
     order = np.lexsort(edges.T)
     same = (edges[order[1:]] == edges[order[:-1]]).all(axis=1)
@@ -225,7 +225,7 @@ class _Cone:
         return axis, height, away, np.linalg.norm(away, axis=1)
 
     def distances(self, unknowns: Array) -> Array:
-        """(n,) distances of the nodes from the surface along radii, in edges."""
+        """(n,) distances of the nodes from the surface along radii, in units of `edge`."""
         _, height, _, radius = self.placed(unknowns)
         return np.asarray((radius - unknowns[5] * height) / self.edge - unknowns[4])
 
@@ -241,10 +241,10 @@ class _Cone:
 def _surface_normals(
     facets: Integers, nodes: Integers, points: Array, normals: Array
 ) -> Array | None:
-    """(n, 3) unit normals at some nodes of facets, if all their nodes lie on one cylinder or cone.
+    """(n, 3) unit normals at some nodes of facets that all lie on one cylinder or cone.
 
-    None if they do not lie on one, or if `normals` (n, 3) differ from these normals by no more than
-    the error of the places of the nodes.
+    None if there is no such surface, or if `normals` (n, 3) differ from its normals by no more than
+    the errors of the places of the nodes.
     """
     all_nodes = np.unique(facets)
     if len(all_nodes) < 2 * _GENERATORS:
@@ -280,7 +280,7 @@ def _surface_normals(
 
 
 def _count_generators(outward: Array, axis: Array, basis: Array) -> int:
-    """Number of generators of a cone with nodes, from unit vectors (n, 3) away from its axis."""
+    """Number of generators of a cone that have nodes, from unit vectors (n, 3) off its axis."""
     mean = outward.mean(axis=0)
     if np.linalg.norm(mean) <= SMOOTH / 2:
         mean = basis[0]  # the nodes are all around
@@ -332,7 +332,7 @@ class _HalfEdges:
         return edge[best], cosine[best] > least_cosine
 
     def curvature(self, first: Integers, second: Integers, normals: Array) -> Array:
-        """(n,) curvature, along the normal between them, of the lines of two edges."""
+        """(n,) curvature of the lines through two edges, along the normal at their common node."""
         bend = (self.direction[second] - self.direction[first]) * normals[self.head[first]]
         length = self.length[first] + self.length[second]
         return np.asarray(2 * np.sum(bend, axis=1) / length)

@@ -79,7 +79,7 @@ def _model(model: ContactModel, ax: AnyAxes) -> AnyAxes:
 
 
 def _contacts(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
-    """The faces of body 1 of each contact. Several contacts have numbers, named in the legend."""
+    """The face of body 1 of each contact. Several contacts are numbered; the legend names them."""
     for number, contact in enumerate(model.contacts, start=1):
         mesh = model.bodies[contact.body_1].mesh
         facets = mesh.boundaries[contact.boundary_1]
@@ -94,12 +94,12 @@ def _contacts(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
             middle = mesh.p[:, mesh.facets[:, facets]].mean(axis=(1, 2))
             box: Look = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "pad": 2.0}
             name: Look = {"ha": "center", "va": "center", "bbox": box, "fontsize": "small"}
-            # Above all faces, which matplotlib orders by their distance in space.
+            # The text stays above all faces, which matplotlib orders by their distance in space.
             axes.text(*middle, str(number), zorder=1e3, **name)
 
 
 def _supports(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
-    """A mark at some nodes of each support, by the directions that it holds."""
+    """Marks at some nodes of each support, which show the directions that it holds."""
     look: Look = {"markersize": 3.5} if in_space else {"markersize": 4.5, "clip_on": False}
     for support in model.supports:
         body = model.bodies[support.body]
@@ -125,7 +125,7 @@ def _mark(support: Support | Cyclic | Coupling, axes: str) -> tuple[str, str]:
 
 @picture.register
 def _fields(fields: BodyFields, ax: AnyAxes) -> AnyAxes:
-    """Nodal von Mises stress in all bodies, in space the mean of each face of their surfaces.
+    """Nodal von Mises stress in all bodies; in space, its mean over each face of their surfaces.
 
     The colours end at the value that 99 of 100 nodes do not exceed.
     """
@@ -136,14 +136,15 @@ def _fields(fields: BodyFields, ax: AnyAxes) -> AnyAxes:
     highest = float(np.quantile(np.concatenate(list(stress.values())), 0.99))
     look: Look = {"cmap": "viridis", "rasterized": True, "clim": (0.0, highest)}
     if in_space:
-        # All faces are one collection: matplotlib hides faces behind others only within one.
+        # All faces are in one collection, because only within a collection does matplotlib hide
+        # faces behind others.
         faces = [face for mesh in meshes.values() for face in corners(mesh)]
         means = [
             stress[name][mesh.facets[:, mesh.boundary_facets()]].mean(axis=0)
             for name, mesh in meshes.items()
         ]
         collection = Poly3DCollection(faces, array=np.concatenate(means), **look)
-        # Sides of faces show the shapes of bodies that have the same dark colour.
+        # White edges show the shape of a body where all its faces have the same dark colour.
         collection.set(edgecolor=("white", 0.3), linewidth=0.3)
         colours = axes.add_collection3d(collection)
     for name, mesh in meshes.items() if not in_space else ():
@@ -193,8 +194,8 @@ def _bent(
 def load_arrows(axes: AnyAxes, model: ContactModel, case: str, length: float, color: str) -> None:
     """Arrows of equal length along loaded boundaries, and a line of the legend.
 
-    Arrows of tractions that press end on the face, others begin there. A load that does not act on
-    a surface has at most one arrow, and the legend names its kind.
+    If a traction presses, its arrow ends on the face; all other arrows begin there. A load that
+    does not act on a surface has at most one arrow, and the legend names its kind.
     """
     kinds = Counter[str]()
     in_space = model.kinematics == "space"

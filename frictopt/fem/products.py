@@ -18,8 +18,8 @@ from .recovery import Recovery
 from .rigid import Glued
 from .schur import solve
 
-# Number of rows of T that are computed at once; one after the other would take twelve times as
-# long.
+# Number of rows of the operator `pressing` that are computed at once; one after the other, they
+# would take twelve times as long.
 _AT_ONCE = 128
 # Residual of an exact product, relative to the load, and the largest number of steps that refine
 # it.
@@ -49,7 +49,7 @@ def products_of(
 
 
 class SlidingBodies:
-    """The bodies in contact at all pairs, which slip freely: `K y = load`.
+    """The bodies, in contact at all pairs and free to slip there: `K y = load`.
 
     The unknowns y are the displacements inside the bodies, and then the slips v (t N,). The factors
     of K have single precision; further steps refine products to double precision.
@@ -75,8 +75,8 @@ class SlidingBodies:
         extra = np.zeros(len(y))
         K_y = csr_matrix(K[y][:, y])
         stiffness = K_y.diagonal()
-        # Free slides, and slips across a plane of symmetry, need no force, so any stiffness may be
-        # used.
+        # Free slides, and slips across a plane of symmetry, need no force, so any stiffness may
+        # hold them.
         pinned = qr(self.slides.T, pivoting=True, mode="r")[1][: self.slides.shape[1]]
         held = self.first_slip + np.r_[pinned, np.flatnonzero(stiffness[self.first_slip :] == 0)]
         extra[held] = stiffness[self.first_slip :].mean()
@@ -115,7 +115,7 @@ class SlidingBodies:
         return np.concatenate([np.zeros(self.first_slip), shear.ravel()])
 
     def _exact(self, load: Array) -> Array:
-        """Displacements, by conjugate gradients with the factors in single precision."""
+        """Displacements, by conjugate gradients that the single-precision factors precondition."""
 
         def by_factors(load: Array) -> Array:
             return solve(self._factors, load.reshape(-1, 1)).ravel().astype(float)
@@ -133,7 +133,8 @@ class SlidingBodies:
 def _slides(relative: Array, size: int) -> Array:
     """(t N, r) orthonormal slips of the rigid motions that open no pair.
 
-    `relative` (d N, m) are the relative motions of free rigid motions of single bodies.
+    `relative` (d N, m) are the relative motions of the pairs in free rigid motions of single
+    bodies.
     """
     rigid = np.linalg.qr(relative)[0]
     return np.linalg.qr(rigid[:size] @ null_space(rigid[size:], SAME_POINT))[0]

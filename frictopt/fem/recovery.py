@@ -67,8 +67,8 @@ class BodyFields(Shown, Plotted):
     """Displacements, strains and stresses in the bodies at one state of the contact.
 
     Stresses and strains are discontinuous from element to element. Nodal values are their
-    least-squares projections onto the functions of the displacements. At sharp corners of a contact
-    they depend on the mesh.
+    least-squares projections onto the functions of the displacements. At sharp corners of a
+    contact, nodal values depend on the mesh.
 
     Attributes
     ----------
@@ -76,13 +76,13 @@ class BodyFields(Shown, Plotted):
         Body name -> (d, nodes) displacements x, y (and z in space), length.
     stress, strain
         Body name -> nodal values, rows xx, yy, xy (of the tensor), zz, and in space xz and yz, see
-        `stress_of`. In the plane zz is normal to it, or the hoop direction of an axisymmetric body.
-        Stress tension positive.
+        `stress_of`. In the plane, z is the normal of the plane; in an axisymmetric body, the hoop
+        direction. Tensile stress is positive.
     bodies
         Body name -> body.
     q, p
-        Reactions of body 2 on body 1 in this field: `K u - F` at the nodes of body 1. They equal
-        the reactions of the state. (N,), in space the shear is (N, 2).
+        (N,) reactions of body 2 on body 1 in this field, in space (N, 2) for q: `K u - F` at the
+        nodes of body 1. They equal the reactions of the state.
     slip, gap
         Slip, in the shape of q, and gap (N,) of the state.
     units
@@ -206,7 +206,7 @@ def tensors_of(rows: Sequence[Array]) -> Array:
 
 
 def von_mises(stress: Array) -> Array:
-    """(nodes,) von Mises stress of the components (xx, yy, xy, zz, in space xz and yz, nodes)."""
+    """(nodes,) von Mises stress, from rows xx, yy, xy, zz (in space also xz, yz) of components."""
     xx, yy, _, zz = stress[:4]
     normal = ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2
     shear = 3 * (stress[[2, *range(4, len(stress))]] ** 2).sum(axis=0)
@@ -242,7 +242,7 @@ def in_meshio(mesh: Any) -> Any:
 class Recovery:
     """The factorisation from which the displacements of a model are recovered.
 
-    They are `u = T y + D z` with the relative motions z.
+    The displacements are `u = T y + D z`, with the relative motions z.
     """
 
     def __init__(self, glued: Glued) -> None:
@@ -255,9 +255,9 @@ class Recovery:
         _, self._factors = eliminated(glued, K, self._T, front[free], keep=float)
 
     def displacements(self, force: Array, z: Array) -> tuple[Array, Array]:
-        """(size, n) displacements under n forces and relative motions z (d N, n).
+        """(size, n) displacements and (d N, n) reactions.
 
-        Also returned are the reactions (d N, n).
+        They are computed for n forces (size, n) and relative motions z (d N, n).
         """
         u = self._drive @ z
         # The second pass removes the rounding of the first.
@@ -269,8 +269,8 @@ class Recovery:
 class NodalFields:
     """The nodal strain and stress of a body as linear functions of its displacements.
 
-    They are least-squares projections onto the functions of the nodes. Their integrals times these
-    functions (moments) are sparse matrices times the displacements.
+    They are least-squares projections onto the functions of the nodes. The moments of a field are
+    its integrals weighted with these functions. Sparse matrices give them from the displacements.
 
     Parameters
     ----------
@@ -286,7 +286,8 @@ class NodalFields:
         self._seam = seam
         self._basis = basis = basis_of(body.mesh)
         functions, slopes = functions_at(basis)
-        # makes (nodes, nodes) moments of fields, from their rates with the values at the nodes
+        # makes the (nodes, nodes) matrix of the moments of a field, from the rates of the field
+        # with the displacements of the nodes
         moments = partial(assembled, body.mesh, basis.dx, functions)
         self._mass = moments(functions).tocsc()
         self._solve = splu(self._mass).solve
@@ -305,7 +306,8 @@ class NodalFields:
     ) -> tuple[Array, Array]:
         """(components, nodes, n) strain and stress under n displacements u (d, nodes, n).
 
-        `expansions` are those of this body with their amplitudes, for each of the displacements.
+        For each of the n displacements, `expansions` lists the expansions of this body, each with
+        its amplitude.
         """
         d = len(u)
         lam, mu = self._body.material._plane_lame(self._kind)
@@ -332,7 +334,7 @@ class NodalFields:
         return self._nodal(strain, d), self._nodal(stress, d)
 
     def _nodal(self, moments: Array, d: int) -> Array:
-        """(components, nodes, n) nodal values of a tensor by its moments (3, 3, nodes, n)."""
+        """(components, nodes, n) nodal values of a tensor from its moments (3, 3, nodes, n)."""
         components = _COMPONENTS[: 4 if d == 2 else 6]
         entries = [3 * "xyz".index(pair[0]) + "xyz".index(pair[1]) for pair in components]
         rows = moments.reshape(9, *moments.shape[2:])[entries]

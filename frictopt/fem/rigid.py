@@ -80,8 +80,8 @@ def glued_bodies(
 def node_graph(K: csr_matrix, unknowns: Integers, generalised: Integers = NO_ROWS) -> csr_matrix:
     """(nodes, nodes) pattern of the nodes that the stiffness joins.
 
-    Generalised coordinates may join parts that nothing else joins. In this case, one node of each
-    part is joined to the others.
+    Generalised coordinates may join parts that nothing else joins. In this case, one node is chosen
+    in each part, and the chosen nodes are joined.
     """
     node, axis = np.nonzero(unknowns >= 0)
     entries = node, unknowns[node, axis]
@@ -112,10 +112,10 @@ def free_motions(
     body: Integers,
     generalised: Integers = NO_ROWS,
 ) -> csr_matrix:
-    """(size, k) rigid motions, of one body each, that need no force; orthonormal.
+    """(size, k) orthonormal rigid motions that need no force, each of a single body.
 
-    Arguments are those of `Glued` and `Interface`, and the (nodes,) number of the body of each
-    node. Generalised coordinates follow without force.
+    Arguments are those of `Glued`, and `body` (nodes,), the number of the body of each node.
+    Generalised coordinates follow without force.
     """
     rigid = _motions_of_bodies(points, body)
     listed = unknowns >= 0
@@ -149,7 +149,10 @@ def free_motions(
 
 
 def _without_force(rigid: Array, resistance: Array) -> Array:
-    """(n d, k) orthonormal motions of one body without resistance, from its motions (n, d, m)."""
+    """(n d, k) orthonormal motions of one body that nothing resists.
+
+    They are combinations of its rigid motions (n, d, m), which have a `resistance` (n, d, m).
+    """
     shapes, triangle = np.linalg.qr(rigid.reshape(-1, rigid.shape[2]))
     turned, sizes, mixed = np.linalg.svd(triangle, full_matrices=False)
     # Motions that move nothing are left out: a single node cannot turn.
@@ -199,7 +202,7 @@ def check_supports(glued: Glued) -> None:
 def balanced(
     S: Array, R: Array, F: Array, motions: csr_matrix, relative: Array
 ) -> tuple[Array, Array]:
-    """S and R without the rounding errors of the elimination in rigid motions of the bodies.
+    """S and R without the rounding errors that elimination makes in rigid motions of the bodies.
 
     If supports allow a rigid motion of one body, S must have no stiffness against it. In such a
     motion the reactions of a load case must do the work of the load, with the opposite sign. The
@@ -248,7 +251,7 @@ def _in_words(motions: csr_matrix, unknowns: Integers, points: Array) -> str:
 
 
 def _turns_and_shifts(turns: Array, shifts: Array) -> tuple[Array, Array]:
-    """Orthonormal turns of some motions, and orthonormal shifts of those without a turn."""
+    """Orthonormal turns of some motions, and orthonormal shifts of the motions without a turn."""
     least = np.sqrt(FREE_MOTION)
     basis, sizes, _ = np.linalg.svd(turns, full_matrices=False)
     return basis[:, sizes > least], np.linalg.qr(shifts @ null_space(turns, least))[0]
@@ -268,7 +271,7 @@ def _axes(basis: Array) -> str:
 
 
 def _motions_of_bodies(points: Array, body: Integers) -> Array:
-    """(nodes, d, k) displacements in the translations and turns of each body, at most 1.
+    """(nodes, d, k) displacements of nodes in translations and turns of their bodies, at most 1.
 
     Turns are about the middle of the body.
     """

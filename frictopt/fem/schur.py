@@ -21,7 +21,7 @@ Factor: TypeAlias = tuple[Integers, Integers, Array, Array]
 It has the unknowns of the front, the later unknowns that they are connected to, the triangular
 factor of the front, and the rows of the later unknowns.
 """
-_Update: TypeAlias = tuple[Integers, Array]  # unknowns, and the matrix that their front left
+_Update: TypeAlias = tuple[Integers, Array]  # later unknowns, and the matrix that a front left them
 
 
 # Numbers of the elimination.
@@ -182,7 +182,7 @@ def solve(factors: Sequence[Factor], F: Array) -> Array:
 def _assembled(
     upper: csr_matrix, first: int, last: int, updates: list[_Update], place: Integers
 ) -> _Front:
-    """The front of the unknowns from `first` to `last`, with the updates of fronts before it.
+    """The front of the unknowns from `first` to `last`, with the updates from earlier fronts.
 
     The updates are dropped once they are added. `place` (unknowns,) is work space.
     """

@@ -63,7 +63,10 @@ class Sector:
 
     @property
     def across(self) -> Booleans:
-        """(d,) coordinate axes across the axis of the ring, along which nodes on it do not move."""
+        """(d,) whether a coordinate axis lies across the axis of the ring.
+
+        Nodes on the axis of the ring do not move along such coordinate axes.
+        """
         across = np.abs(self.along) <= SAME_POINT
         if len(self.fixed) and np.count_nonzero(~across) > 1:
             raise ModelError(
@@ -80,7 +83,8 @@ class Sector:
     def closed(self, bodies: Mapping[str, Body]) -> dict[str, Body]:
         """The bodies with copied nodes exactly at the turned places of their originals.
 
-        Otherwise the errors of coordinates would make a ring resist a turn about its axis a little.
+        Otherwise, because of errors of coordinates, a ring would slightly resist a turn about its
+        axis.
         """
         if self.count == 1:
             return dict(bodies)
@@ -163,7 +167,7 @@ class Sector:
     def once(
         self, names: Sequence[str], pairs: tuple[Any, ...], points: Array, errors: Array
     ) -> tuple[Any, ...]:
-        """The pairs without those of copied nodes, which are copies of other pairs.
+        """The pairs, except those of copied nodes, which are copies of other pairs.
 
         A pair of a copied node adds its normal and width to the pair of the node that it copies.
         `pairs` has for each pair the number of its contact, its node of body 1, its place on body 2
@@ -263,19 +267,19 @@ def on_seam(
 
 @dataclass(frozen=True)
 class Cyclic:
-    """Sector of a body that represents a whole ring of sectors.
+    """Sector of a ring: a body that represents all equal sectors of the ring.
 
     The displacements of one cut face follow the displacements of the other, turned about the axis.
-    Add one `Cyclic` per body that is cut to the supports of a model. The sectors must be alike, and
-    so must their loads: turned by the angle of a sector, each load equals the load of the next
-    sector.
+    For each body that is cut, add one `Cyclic` to the supports of a model. The sectors must be
+    alike, and so must their loads: turned by the angle of a sector, each load equals the load of
+    the next sector.
 
     Limits and slips are then the limits and slips of the ring; forces, areas, widths, works and
     compliances refer to one sector. The ring and each body may turn about the axis and move along
     it, unless something holds them; they cannot move in any other way. A sector includes only slips
-    that repeat from sector to sector, as one half of a symmetric joint includes only symmetric
-    slips. Faces at which neighbouring sectors slide on each other, such as shrouds of blades, are
-    no cut faces.
+    that repeat from sector to sector, just as one half of a symmetric joint includes only symmetric
+    slips. Faces at which neighbouring sectors slide on each other, such as shrouds of blades,
+    cannot be cut faces.
 
     The meshes of both cut faces must match. A contact may reach the cut only if its nodes match
     there. Theory, "Sectors of a ring".
@@ -294,13 +298,13 @@ class Cyclic:
     centre
         Point (x, y), in space (x, y, z), of the axis; None: the origin.
     tolerance
-        Position tolerance, length: nodes of `high` that are so far from the turned nodes of `low`
-        move onto them before assembly, without strain, see `Contact.adjust`.
+        Position tolerance, length: nodes of `high` that are at most this far from the turned nodes
+        of `low` move onto them before assembly, without strain, see `Contact.adjust`.
 
     Raises
     ------
     ModelError
-        Names that are no texts, one name for both faces, an axis without direction. In a model:
+        A name is not a text, both faces have one name, or the axis has no direction. In a model:
         `high` is not a turned copy of `low` (the message has the largest distance between them);
         bodies have different axes or angles; supports or displacements differ between `high` and
         `low`; a contact reaches the cut with nodes that do not match; or the bodies are
@@ -354,7 +358,7 @@ class Cyclic:
 
 
 def sector_of(cuts: Sequence[Cyclic], bodies: Mapping[str, Body], kinematics: Kinematics) -> Sector:
-    """The nodes of all bodies, one body after the other, that follow other nodes.
+    """The sector of all bodies, with the numbers of their nodes in the model.
 
     Without cuts there is one sector, the whole ring.
     """

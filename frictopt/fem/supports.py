@@ -1,4 +1,4 @@
-"""Supports: nodes held along axes, or along the normals of a boundary."""
+"""Supports: nodes held along axes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -34,9 +34,9 @@ class Support:
         Name of the body in its model.
     where
         Name of a boundary; the coordinates (x, y), in space (x, y, z), of one node, or a list of
-        them; or a function of the coordinates (arrays) that returns True for each node of the
-        support. For example, a ring is `lambda x, y, z: np.isclose(np.hypot(x, y), 5.0) & (z ==
-        0)`.
+        such points; or a function of the coordinates (arrays) that returns True for each node of
+        the support. For example, a ring is
+        `lambda x, y, z: np.isclose(np.hypot(x, y), 5.0) & (z == 0)`.
     directions
         The displacements that are zero: "x", "y", "z", or several of them, such as "xy"; None: all
         that the body has.
@@ -44,8 +44,7 @@ class Support:
     Raises
     ------
     ModelError
-        The directions are unknown, the body is not a string, or the place is neither a text nor a
-        point.
+        The directions are unknown, the body is not a string, or the place is of another kind.
 
     Examples
     --------
@@ -83,7 +82,7 @@ def checked_place(where: object, name: str = "where") -> Place:
 def checked_point(
     name: str, point: object, remedy: str, sizes: tuple[int, ...] = (2, 3)
 ) -> tuple[float, ...]:
-    """Check a list of two or three coordinates; `remedy` says in words what to give."""
+    """Check the coordinates of a point or vector; `remedy` says in words what to give."""
     if not isinstance(point, tuple | list) or len(point) not in sizes:
         raise ModelError(f"{name}: {shown(point)}; give {remedy}")
     return tuple(finite_numbers(name, point))
@@ -144,7 +143,7 @@ def _node_at(point: Array, body: Body, name: str) -> int:
 
 
 def _nodes_by(select: Callable[..., Any], body: Body, name: str) -> Integers:
-    """The nodes of a body of which a function of the coordinates is true."""
+    """The nodes of a body at which a function of the coordinates is true."""
     count = body.mesh.p.shape[1]
     remedy = f"give one truth value for each of the {count} nodes of body {name!r}"
     try:

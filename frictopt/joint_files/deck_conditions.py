@@ -1,4 +1,4 @@
-"""The parts of a deck beside its mesh: materials, contacts, bolts, supports, loads of steps."""
+"""The parts of a deck apart from its mesh: materials, contacts, bolts, supports, loads of steps."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
@@ -21,8 +21,8 @@ _FIRST = set(
     "SURFACEBEHAVIOR FRICTION".split()
 )
 
-# Largest number of times within a step that become states: load cycles have few corners, measured
-# loads thousands.
+# Largest number of times within a step that become states: load cycles have few corners, but
+# measured loads have thousands.
 _MOST_TURNS = 100
 
 
@@ -133,7 +133,7 @@ class Conditions:
             self.left_out[f"{self._step_name}: no *STATIC, or a PERTURBATION"] = None
 
     def _turns(self, blocks: Sequence[Block]) -> list[float]:
-        """The times within a static step at which the amplitudes of its loads have a value."""
+        """The times within a static step at which amplitude tables of its loads have an entry."""
         turns = {
             time
             for block in blocks[1:]
@@ -162,7 +162,7 @@ class Conditions:
         return [self._row[int(entry)]] if entry.isdecimal() else self.deck.nodes(entry).tolist()
 
     def _target(self, keyword: str, entry: str, label: str = "") -> str:
-        """The name of the load case of an entry; bare numbers of nodes in a step share one."""
+        """The name of the load case of an entry; all node numbers of a step share one load case."""
         if entry.isdecimal():
             return f"{keyword} ({self._step_name})"
         return f"{keyword} {entry.upper()} {label}".strip()
@@ -232,7 +232,7 @@ class Conditions:
         if self._steps:
             raise ValueError("write it above the first *STEP")
         interaction = block.parameters["INTERACTION"]
-        _ = self.friction[interaction]  # is in this deck
+        _ = self.friction[interaction]  # an error if it is not in this deck
         self.pairs += self._pairs(block, interaction, "ADJUST")
 
     def _pairs(self, block: Block, interaction: str, parameter: str) -> Iterator[Pair]:
@@ -334,7 +334,7 @@ class Conditions:
     def _read_static(self, block: Block) -> None:
         self._is_static = not self._is_linear
         _, period, *_ = [*entries("".join(block.lines[:1])), "", ""]
-        # A period that is missing or 0 is 1.
+        # A period that is missing or 0 counts as 1.
         self._period = number(period or "1") or 1.0
         if self._period < 0:
             raise ValueError(f"period {period}; give one above 0")
@@ -348,7 +348,7 @@ class Conditions:
 
     def _read_changefriction(self, block: Block) -> None:
         self._interaction = block.parameters["INTERACTION"]
-        _ = self.friction[self._interaction]  # is in this deck
+        _ = self.friction[self._interaction]  # an error if it is not in this deck
 
     _read_changesurfacebehavior = _read_changefriction
 
@@ -431,7 +431,7 @@ class Conditions:
 
 
 def _rank(block: Block) -> int:
-    """When a block of the model is read: lower first; equal ones in their order in the deck."""
+    """Rank of a block of the model: lower ranks are read first, equal ranks in their order."""
     # A clearance refers to a contact pair, so it is read last.
     return 2 if block.keyword == "CLEARANCE" else block.keyword not in _FIRST
 

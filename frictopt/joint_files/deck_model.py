@@ -62,13 +62,13 @@ class _AtNodes:
 class DeckModel:
     """The parts of the contact model of a deck with some load cases.
 
-    `friction` maps contacts to coefficients, `interactions` to the contacts of each interaction.
+    `friction` maps contacts to coefficients, and `interactions` maps interactions to contacts.
     Errors call the deck by its `name`.
     """
 
     def __init__(self, conditions: Conditions, cases: Mapping[str, Field], name: str) -> None:
         self.conditions = conditions
-        # that of the last step
+        # The model has the setting of the last step.
         self.setting = conditions.states[-1].setting
         self.friction = dict[str, float]()
         self.interactions = defaultdict[str, list[str]](list)
@@ -96,8 +96,9 @@ class DeckModel:
             for part, data in self.constants.items()
         }
         self.bodies = split_bodies(replace(mesh, _subdomains=self.parts), bodies)
-        # body -> (its nodes, nodes of the deck) matrix of the means that give its nodes; then body
-        # -> the node of the deck that each of its nodes is, -1 if it is a mean of several
+        # `origin` maps a body to the matrix (nodes of the body, nodes of the deck) of the means
+        # that give its nodes. `rows` maps it to the nodes of the deck that are its nodes, -1 for a
+        # mean of several.
         self.origin = {}
         self.rows = {}
         for part, body in self.bodies.items():
@@ -181,7 +182,7 @@ class DeckModel:
         ]
 
     def _contacts(self) -> tuple[list[Contact], list[Load]]:
-        """The contacts of all pairs of bodies, and their overlaps: the load case of a fit.
+        """The contacts of all pairs of bodies, and their overlaps, which form the load of a fit.
 
         A fit is a *CLEARANCE below 0, or an even overlap of meshes that no ADJUST removes.
         """
@@ -264,7 +265,7 @@ class DeckModel:
         return ~np.asarray((self.origin[name] != 0) @ ~rows)
 
     def _at_rows(self, name: str, rows: Sequence[int]) -> _AtNodes | None:
-        """The place of nodes of the deck in a body; None if it has none of them."""
+        """The place of nodes of the deck in a body; None if the body has none of them."""
         nodes = self._made_of(name, np.isin(np.arange(len(self.deck.points)), rows))
         return _AtNodes(self.bodies[name], nodes) if nodes.any() else None
 
@@ -378,7 +379,7 @@ class DeckModel:
             yield BoltPreload(name, section, force / self.thickness, locked)
 
     def _of_set(self, case: str, where: str) -> Iterator[tuple[str, float]]:
-        """The bodies of an element set, which must contain each as a whole, and their densities."""
+        """The bodies of an element set, which must consist of whole bodies, and their densities."""
         members = self.sets.get(where, [])
         share = {name: np.isin(part, members).mean() for name, part in self.parts.items()}
         if not set(share.values()) <= {0.0, 1.0} or not any(share.values()):

@@ -33,8 +33,9 @@ class Joint(Shown):
     thickness
         Thickness of plane bodies; the forces of `system()` are totals over it. None: per depth.
     states
-        State at the end of each static step, such as "STEP 1", and at each time within it at which
-        an amplitude of a load has a value, "STEP 1@0.25" -> load case -> amplitude.
+        State -> load case -> amplitude. Each static step has a state at its end, such as "STEP 1".
+        Within the step, "STEP 1@0.25" is a state at a time at which the amplitude table of a load
+        has an entry.
     friction
         Contact -> coefficient of friction, (least, nominal, most), or a distribution.
     interactions
@@ -42,8 +43,8 @@ class Joint(Shown):
     left_out
         Sentences on parts of the file that the model does not have.
     unlike
-        States whose supports, contact pairs or friction are not those of the model, which has
-        those of the last step.
+        States whose supports, contact pairs or friction differ from those of the last step, which
+        the model has.
     locked
         States in which bolts keep their lengths.
     units
@@ -119,24 +120,25 @@ class Joint(Shown):
         corners: Iterable[str | Mapping[str, float]] | None = None,
         friction: Any = None,
     ) -> LoadCycle:
-        """The load cycle between states, or with load cases on top of its mean load.
+        """A load cycle of the joint, from states, from load cases, or from both.
 
         Parameters
         ----------
         mean
             A state, "STEP 1"; load cases, "BOLT SECTION=1,CLOAD NSIDE=0.5" or a mapping; or both,
-            "STEP 1,CLOAD NSIDE=0.5". It must press a contact. None: that of the joint file.
+            "STEP 1,CLOAD NSIDE=0.5". It must press a contact. None: the mean load of the joint
+            file.
         corners
-            Corners in the same form. If one names a state, it is that state minus the mean load.
-            Load cases act on top. None: those of the joint file.
+            Load corners in the same form. A corner that names a state is this state minus the mean
+            load. Load cases alone act on top of the mean load. None: the corners of the joint file.
         friction
-            Friction with which locked bolts are tightened; None: that of the file.
+            Friction with which locked bolts are tightened; None: the friction of the file.
 
         Returns
         -------
         LoadCycle
-            At load factor 1 the loads are those of the file. Bolts whose length is kept in some
-            state are tightened under the loads of the last state before it, see `tightened`.
+            At load factor 1 the loads are those of the file. Locked bolts are tightened under the
+            loads of the last state before their lengths are kept, see `tightened`.
 
         Raises
         ------

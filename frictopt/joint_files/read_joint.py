@@ -82,7 +82,8 @@ def read_joint(
         Whether to leave out the plasticity and creep of materials. Otherwise they are refused.
     stiffness
         "rigid": faces are rigid, and the contact stiffness of a deck is left out. "deck": contacts
-        have its `*SURFACE BEHAVIOR`, LINEAR, and the stick slope of its `*FRICTION`, see `Contact`.
+        have the stiffness that the deck gives by `*SURFACE BEHAVIOR` (LINEAR) and by the stick
+        slope of `*FRICTION`, see `Contact`.
 
     Returns
     -------
@@ -92,8 +93,9 @@ def read_joint(
     Raises
     ------
     ModelError
-        The deck has something that a joint cannot have: the error has the line and the keyword, and
-        what to change. It has no contact pair or no static step. `ContactModel` refuses the model.
+        The deck has something that a joint cannot have: the error has the line, the keyword, and
+        the change that helps. It has no contact pair or no static step. `ContactModel` refuses the
+        model.
 
     Examples
     --------
@@ -179,7 +181,7 @@ def _joint_of_file(file: Path, elastic: bool, stiffness: str) -> Joint:
 
 
 def _joint_of_mesh(file: Path, tables: Mapping[str, Any]) -> Joint:
-    """The joint of a mesh and tables, each of them a class of frictopt."""
+    """The joint of a mesh and of tables, each of which has the arguments of a class."""
     materials = {
         name: made(f"materials.{name}", Material, table)
         for name, table in tables["materials"].items()

@@ -1,4 +1,4 @@
-"""Keywords of decks that a joint cannot have, each with a way out, and keywords without effect."""
+"""Keywords of decks that are refused, each with a remedy, and keywords without effect."""
 
 from ..errors import ModelError
 from ..readers.deck import SLENDER
@@ -19,7 +19,7 @@ OUTPUT = ("FILE", "PRINT", "OUTPUT")
 
 _BY_HAND = "make the model in Python, with read_mesh and ContactModel"
 FIT = "write ADJUST=0 in *CONTACT PAIR, and the overlap as *CLEARANCE, VALUE=-overlap"
-"""The way of a deck to say that meshes overlap by a fit."""
+"""How to write in a deck that meshes overlap by a fit."""
 
 _REFUSED = ways_out(
     {
@@ -61,12 +61,12 @@ _REFUSED = ways_out(
         "bodies are elastic; take it out, or read with elastic=True": _PLASTIC,
     }
 )
-# Keywords of constants. Several lines would make the constants depend on something.
+# Keywords of constants. With several lines they would vary, for example with the temperature.
 _ONE_LINE = ("ELASTIC", "EXPANSION", "FRICTION", "DENSITY")
 
 
 def check_not_refused(block: Block, *, elastic: bool) -> None:
-    """ModelError if a joint cannot have a block; with `elastic`, plasticity is allowed."""
+    """Raise ModelError if a block is refused; with `elastic`, plasticity is allowed."""
     reason = way_out(block, _REFUSED)
     if elastic and block.keyword in _PLASTIC.split():
         reason = ""

@@ -9,7 +9,7 @@ from ..base import ROUNDING
 from ..readers.deck_text import Block
 
 Key: TypeAlias = tuple[object, ...]
-"""A place where a load acts, after the name of its kind, such as ("CLOAD", row, axis)."""
+"""The kind of a load and the place where it acts, such as ("CLOAD", row, axis)."""
 Field: TypeAlias = Mapping[Key, float]
 """Place -> value of a load."""
 
@@ -32,8 +32,9 @@ class State:
 class Setting:
     """The parts of a state that all states of a load cycle share.
 
-    `held` are rows and axes of nodes, and `removed` the surfaces of pairs that are not in force.
-    `friction` maps interactions to coefficients, and `glued` are those whose pairs are ties.
+    `held` has the rows and axes of held nodes, and `removed` the surfaces of pairs that are not in
+    force. `friction` maps interactions to coefficients, and `glued` has the interactions whose
+    pairs are ties.
     """
 
     held: frozenset[tuple[int, int]]
@@ -69,7 +70,10 @@ class InForce:
         )
 
     def begin(self, block: Block, *kinds: str) -> None:
-        """Begin a block. With OP=NEW, the first of its kinds in a step removes earlier loads."""
+        """Begin a block.
+
+        With OP=NEW, the first block of these kinds in a step removes earlier loads.
+        """
         if block.parameters.get("OP") == "NEW" and kinds not in self._begun:
             for key in [key for key in self.loads if key[0] in kinds]:
                 self.loads[key] = self._fading(key)
@@ -98,7 +102,7 @@ class InForce:
         self.add(key, target, value, amplitude)
 
     def state(self, name: str, friction: Mapping[str, float], glued: Iterable[str]) -> State:
-        """The conditions in force now; the load of a locked bolt is that of the last step."""
+        """The conditions in force now; a locked bolt keeps its load of the last step."""
         locked = {("BOLT", row) for row in self.locked}
         self.loads |= {key: dict(self._before[key]) for key in locked if key in self._before}
         fields = defaultdict[str, dict[Key, float]](dict)
@@ -117,8 +121,8 @@ def load_cases(
 ) -> tuple[dict[str, Field], dict[str, dict[str, float]]]:
     """Load case -> its loads at amplitude 1; and state -> the amplitudes of the load cases.
 
-    A load case is the load of a target as it is first given. If a later state gives the target a
-    multiple of it, this is the same load case; otherwise it is another one.
+    The first load on a target is a load case. If a later load on this target is a multiple of it,
+    both are the same load case; otherwise the later load is a new load case.
     """
     cases: dict[str, Field] = {}
     of_target = defaultdict[str, list[str]](list)

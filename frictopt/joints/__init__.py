@@ -8,13 +8,13 @@ A contact, its load cycle and its friction come in. The results are:
 - `safety.py`: the faces of a joint, safety factors and verdicts, from `scatter.py` (ranges of
   friction and preload) and `thresholds.py` (quantities that have limits, and the load that reaches
   a limit)
-- `backbone.py`: work W, stiffness k and damping W / (2 pi k u^2) over the amplitude u of the load,
-  from `curve_question.py` (one load factor, and the displacement of the load)
-- `forced_response.py`: amplitude over the frequency of a harmonic force. `resonant.py` computes it
-  from a backbone curve and a `modal_oscillator.py` (one mode, and what it leaves out)
-- `tightening.py`: shortenings of locked bolts that give them their forces
-- `archard.py`: wear by Archard's law, in jumps of load cycles
-- `end_of_wear.py`: the end of wear by a theorem
+- `backbone.py`: work W, stiffness k and damping W / (2 pi k u^2) as functions of the amplitude u.
+  `curve_question.py` has the load, its displacement, and the cycle at one load factor
+- `forced_response.py`: amplitude as a function of the frequency of a harmonic force. `resonant.py`
+  computes it from a backbone curve and a `modal_oscillator.py` (one mode, and what it leaves out)
+- `tightening.py`: shortenings that give locked bolts their forces
+- `archard.py`: wear by Archard's law, in jumps of many load cycles
+- `end_of_wear.py`: the state in which wear ends, by a theorem
 - `pictures.py`: pictures of all these
 """
 

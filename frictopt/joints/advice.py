@@ -32,7 +32,7 @@ _MOST_NAMES = 4  # largest number of contacts that a sentence names
 def motions_of_contacts(system: ContactSystem, gross_slip: GrossSlip) -> dict[str, str]:
     """Contact -> name of its motion, for the contacts that move as bodies slide off."""
     motions = dict[str, str]()
-    # Differences of normals up to this number are those of a flat face.
+    # The normals of a flat face differ by at most this number.
     flat = 1e-6
     for row in gross_slip.motion.to_dict("records"):
         name = str(row["contact"])
@@ -49,8 +49,8 @@ def _motion(phi: Array, turn: float, is_flat: bool) -> str:
 
     A turn that pries a face open tilts it: the lifts of its nodes differ by more than their mean
     slip. A turn about the normal of a flat face, or of a shaft in its hub, lifts all nodes alike.
-    If all nodes that move lift by the same distance, the angle is 0. A flat face is then pried
-    open, too, if its other nodes stay at rest.
+    If all nodes that move lift by the same distance, the angle is 0. A flat face whose other nodes
+    stay at rest is then pried open, too.
     """
     *slips, lift = phi
     slip = float(np.linalg.norm(slips, axis=0).mean())
@@ -92,9 +92,10 @@ def _some(contacts: Sequence[str]) -> str:
 
 # Largest coefficient of friction that advice asks for. Dry metals reach about 1.
 _PRACTICAL_FRICTION = 1.0
-# The sliding-off load of a joint that pries says little about slip if the load is below this share,
+# The sliding-off load of a joint that pries says little about slip if the joint slips much at a far
+# smaller load. "Far smaller" is below this share of the sliding-off load.
 _FAR_BELOW = 0.5
-# and more than this share of the contacts slips.
+# "Much" is more than this share of the contacts.
 _MUCH_SLIPS = 0.05
 
 _MOVES_OFF = {
@@ -138,7 +139,7 @@ def kind_of_contact(parts: ReportParts) -> str:
 
 
 def gross_slip_in_words(parts: ReportParts) -> Iterator[str]:
-    """The gross-slip load, the motion of the bodies, and whether statics knows it."""
+    """The gross-slip load, the motion of the bodies, and a note if equilibrium cannot decide."""
     gross = parts.gross_slip
     if gross is None:
         return
@@ -243,7 +244,7 @@ def _on_sliding(parts: ReportParts, gross_slip: GrossSlip, friction_helps: bool)
 
 
 def _on_rest(parts: ReportParts, steady: SteadyState) -> Iterator[str]:
-    """Advice on a contact that stops slipping, if it starts without slip."""
+    """Advice on a contact that stops slipping after a start without slip."""
     guaranteed = parts.guaranteed
     if (steady.friction == 0).any() and parts.contacts["slip_range"].max() > 0:
         yield "At your load friction does no work; nodes without friction slide to and fro."

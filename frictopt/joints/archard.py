@@ -46,13 +46,13 @@ from ..transients.steady import settled_from
 
 # A contact is worn in if its work of friction per cycle falls to this share of its largest.
 WORN_IN = 1e-3
-# Parameter of the Rosenbrock method, with which fast changes decay without oscillation.
+# With this parameter of the Rosenbrock method, fast changes decay without oscillation.
 _GAMMA = 1 - 1 / np.sqrt(2)
-# Number of cycles after which remaining rates count as constant, in units of the time in which
-# the stiffest node loses its pressure.
+# Rates that remain after this number of cycles count as constant. Its unit is the number of cycles
+# in which the stiffest node loses its pressure.
 _FAR = 1e6
-# Largest and smallest growth of the length of a jump, and share of the growth that the error
-# estimate allows.
+# Largest and smallest growth of the length of a jump. Of the growth that the error estimate allows,
+# only the share `_SAFETY` is used.
 _LARGEST_GROWTH = 4.0
 _SMALLEST_GROWTH = 0.2
 _SAFETY = 0.9
@@ -133,7 +133,7 @@ class Course:
         return per_pressure[:, None] * steady.system.C
 
     def after(self, depth: Array) -> tuple[SteadyState, ContactState]:
-        """The steady state after a further depth has been worn off, and the state at its start.
+        """The steady state after a further depth has been worn off, and the state it starts from.
 
         The transient starts from the current state, which stays in equilibrium: the bonded
         reactions grow by the forces that the depth carried.
@@ -199,7 +199,7 @@ class Course:
         return ""
 
     def _never_changes(self, rate: Array) -> bool:
-        """Whether the rates (N,) are still the same once wear has taken off all that it can."""
+        """Whether the rates (N,) stay the same after wear has relieved all pressure that it can."""
         damping = self.damping
         cycles = _FAR / (np.abs(damping).max() or 1.0)
         late = np.linalg.solve(np.eye(len(rate)) + cycles * damping, rate)
@@ -336,14 +336,14 @@ def wear(
     """Follow a contact while it wears, in jumps of many load cycles between steady states.
 
     In each steady cycle node i loses the depth `coefficient / width_i` times the integral of `p_i
-    |dv_i|` (Archard), which is its work of friction divided by its coefficient of friction. A
-    surface that shears at its strength also wears in proportion to this work. Depths are added to
-    the gap. The bodies remain elastic and their stiffness does not change, so depths must be small
-    relative to the contact. A jump is a step of a linearly implicit Rosenbrock method of second
-    order: wear lowers the pressure, which slows down the wear within the jump. The length of a jump
-    follows from an estimate of its error. After each jump the transient continues from the last
-    state, with the worn depth added to the gap, to the next steady state. This state has to pass
-    the usual checks. Theory, eq. (29).
+    |dv_i|` (Archard). This integral is the node's work of friction divided by its coefficient of
+    friction. A surface that shears at its strength also wears in proportion to this work. Depths
+    are added to the gap. The bodies remain elastic and their stiffness does not change, so depths
+    must be small relative to the contact. A jump is a step of a linearly implicit Rosenbrock method
+    of second order. It is implicit because wear lowers the pressure, which slows down the wear
+    within the jump. The length of a jump follows from an estimate of its error. After each jump the
+    transient continues from the last state, with the worn depth added to the gap, to the next
+    steady state. This state has to pass the usual checks. Theory, eq. (29).
 
     Without `cycles` the history ends when the contact is worn in: when it no longer slips, or its
     work of friction per cycle is a thousandth of the largest. It also ends if wear no longer
@@ -357,10 +357,10 @@ def wear(
     load_factor
         Load factor, >= 0.
     coefficient
-        Archard's coefficient of wear, volume per normal force and sliding distance, both bodies
-        together, one or one per node, >= 0: 1e-8 for 1e-8 mm^3/(N mm), if forces are in N and
-        lengths in mm. Its value depends on the units, see the tutorial. If you know the wear
-        volume per work of friction instead, multiply it by the coefficient of friction.
+        Archard's coefficient of wear of both bodies together, volume per normal force and sliding
+        distance, >= 0; one value, or one per node. With N and mm, 1e-8 means 1e-8 mm^3/(N mm). The
+        value depends on the units, see the tutorial. If you know the wear volume per work of
+        friction instead, multiply it by the coefficient of friction.
     cycles
         Number of load cycles, >= 1; None: until the contact is worn in.
     initial_state
@@ -442,7 +442,10 @@ def wear(
 
 
 def _keep(bar: Bar, course: Course) -> None:
-    """Keep the history so far for an interrupt or an error, which is the reason for its end."""
+    """Keep the history so far.
+
+    An interrupt or an error that ends the history becomes its reason.
+    """
 
     def history() -> WearHistory:
         error = sys.exception()

@@ -76,9 +76,9 @@ class BackboneCurve(Kept, Plotted, Resonant):
         mass-normalised mode, which has a `natural_frequency`. NaN for all other loads, because
         their modal mass is unknown.
     resonance
-        (K,) frequency of the first harmonic of the loop, at which a harmonic force has its
-        resonance; `frequency` follows from the tips of the loop. NaN if `frequency` is NaN, or if
-        no harmonic motion has this loop (see `note`). Theory, "The forced response".
+        (K,) resonance frequency under a harmonic force, from the first harmonic of the loop;
+        `frequency` follows from the tips of the loop. NaN if `frequency` is NaN, or if no harmonic
+        motion has this loop (see `note`). Theory, "The forced response".
     steady_states
         (K,) the steady states; None at a load factor without a steady state.
     by_contact
@@ -168,7 +168,7 @@ class BackboneCurve(Kept, Plotted, Resonant):
 
     @property
     def step_error(self) -> Array:
-        """(K,) estimated relative error of the work by the size of increments; 0 on exact paths.
+        """(K,) estimated relative error of the work due to increments; 0 on exact paths.
 
         See `SteadyState.step_error`. NaN if there is no steady state. In a report, it is estimated
         only at load factor 1, and is NaN at all others.
@@ -179,7 +179,7 @@ class BackboneCurve(Kept, Plotted, Resonant):
 
     @property
     def motion(self) -> Array:
-        """(K,) half the range of the mean motion of the loaded region, along the load, length.
+        """(K,) half the range of the mean motion of the loaded region along the load, a length.
 
         It is the displacement divided by the size of the load at load factor 1. NaN if this size is
         not known: for loads that are neither tractions nor forces per volume, and for systems that
@@ -196,7 +196,8 @@ class BackboneCurve(Kept, Plotted, Resonant):
         through the number. Transients narrow this interval to a ten thousandth of the load factor
         in the plane, and to a hundredth in space. The steady state at its upper end is returned.
         Its share or work is at least the number. It may be larger, because nodes begin to slip one
-        by one. If the curve has the number at its first load factor, the interval begins at 0.
+        by one. If the curve has just this number at its first load factor, the interval begins at
+        0.
 
         Parameters
         ----------
@@ -295,9 +296,9 @@ def backbone_curve(
         (K,) load factors, > 0 and rising. None: eight from 5 % to 95 % of the gross-slip load.
     natural_frequency
         Natural frequency in cycles per unit of time, if the load of amplitude 1 is the load of a
-        mass-normalised mode. It is the frequency of the glued contact; the nodes that are open
-        under the mean load may be glued or open. The compliance also gives a frequency, which the
-        curve uses; the two may differ by 1 %. None: the load is not the load of a mode.
+        mass-normalised mode. It is the frequency of the glued contact, in which nodes that are open
+        under the mean load may be glued or left open. The compliance also gives a frequency, which
+        the curve uses; the two may differ by 1 %. None: the load is not the load of a mode.
     with_range
         Whether to search the residual slips for the smallest and the largest damping, and to
         compute both limits. Up to a proven guaranteed limit the damping is zero, and there is no

@@ -24,11 +24,12 @@ from ..transients.march import open_at_rest
 
 # The numbers of the harmonics of a loop.
 
-# Distance by which a displacement may turn back between two corners, relative to its range: such a
+# A displacement may turn back between two corners by this share of its range, because so small a
 # distance is rounding of the path.
 _TURNING = 1e-9
-# Distance between two states, relative to half the range, up to which the sine at their middle is
-# taken as the mean sine between them. The quotient of two small differences would be rounding.
+# If the distance between two states is at most this share of half the range, the sine at their
+# middle is taken as the mean sine between them: a quotient of two so small differences would be
+# rounding.
 _STEP = 1e-8
 # Number of times in a cycle at which harmonics are sampled, and number of harmonics.
 _TIMES = 512
@@ -37,13 +38,13 @@ _HARMONICS = 12
 
 @dataclass(frozen=True)
 class Swing:
-    """A load cycle to and fro at its states, with a displacement `mean + a cos t`.
+    """The states of a load cycle to and fro, with the displacement `mean + a cos t`.
 
     Attributes
     ----------
     legs
-        Numbers of the states from the low end to the high end, one row for each way between the
-        ends: up, and down in reverse order.
+        Numbers of the states from the low end to the high end: those on the way up, and those on
+        the way down in reverse order.
     place
         (T,) displacement of the states, -1 at the low end and 1 at the high end.
     """
@@ -200,7 +201,7 @@ def load_of_curve(
 
 
 def _missing(system: ContactSystem, cycle: LoadCycle, direction: Array | None) -> str:
-    """The reason that a load has no displacement, and a remedy; "" if it has one."""
+    """The reason why a load has no displacement, and a remedy; "" if it has a displacement."""
     if direction is None:
         return (
             "the cycle does not have two opposed corners; give two, [{'mode': 1.0}, {'mode': "
@@ -220,8 +221,8 @@ def _missing(system: ContactSystem, cycle: LoadCycle, direction: Array | None) -
 def opposed_direction(system: ContactSystem, cycle: LoadCycle) -> Array | None:
     """(cases,) amplitudes of the first corner; None unless the cycle has just two opposed corners.
 
-    They may be opposed up to rounding, because amplitudes about a computed mean load, such as the
-    mean load of a history, have rounding errors.
+    Corners count as opposed up to rounding, because amplitudes about a computed mean load, such as
+    the mean load of a history, have rounding errors.
     """
     amplitudes = [
         np.array([corner.get(case, 0.0) for case in system.bonded]) for corner in cycle.corners
@@ -235,7 +236,10 @@ def opposed_direction(system: ContactSystem, cycle: LoadCycle) -> Array | None:
 
 
 def _compliance_scale(system: ContactSystem, cycle: LoadCycle, direction: Array) -> float:
-    """Compliance of this load without cancellation. Other load cases, of any size, do not count."""
+    """Size of the terms of the compliance of this load, which may cancel.
+
+    Other loads do not count.
+    """
     assert system.compliance is not None
     reactions = joined(*system.reaction(cycle.corners[0]))
     of_bodies = np.abs(direction) @ np.abs(system.compliance) @ np.abs(direction)
@@ -252,11 +256,11 @@ def _compliance_of_open_nodes(system: ContactSystem, cycle: LoadCycle, friction:
 
 
 def _checked_frequency(natural_frequency: float, compliances: list[float]) -> float:
-    """The natural frequency by the compliances that is closest to the given one."""
+    """The natural frequency that follows from a compliance and is closest to the given one."""
     frequencies = [1 / (2 * np.pi * np.sqrt(compliance)) for compliance in compliances]
     closest = min(frequencies, key=lambda frequency: abs(frequency / natural_frequency - 1))
-    # Relative difference up to which two natural frequencies are of the same mode. Other codes
-    # write them with few digits.
+    # Relative difference up to which two natural frequencies count as those of one mode. Other
+    # codes write them with few digits.
     same_mode = 1e-2
     if abs(closest / natural_frequency - 1) > same_mode:
         raise ModelError(
@@ -269,9 +273,10 @@ def _checked_frequency(natural_frequency: float, compliances: list[float]) -> fl
 
 @dataclass(frozen=True)
 class CurveCycle:
-    """A load factor: its row of the curve, its rows by contact, and the state or the error.
+    """The answer at a load factor: row of the curve, rows by contact, and the state or the error.
 
-    `extremes` are the rows of the states of least and most damping, with a range.
+    `extremes` are the rows of the states with the least and the most damping, if the curve has a
+    range.
     """
 
     row: dict[str, Any]

@@ -106,14 +106,14 @@ def worn_in(
     """The end of wear of a contact of similar bodies under an alternating load, by linear solves.
 
     The theorem needs an uncoupled contact whose tangential stiffness is a multiple of its normal
-    stiffness. The loads stay on one line. Without slip, the shear of all nodes changes in the same
-    direction, by at least friction times the change of pressure. Then the stick zone equals the
-    contact area of the same bodies under a smaller normal force: the mean normal force minus half
-    the change of shear divided by friction (Ciavarella 1998, Jäger 1998). A larger gap outside the
-    stick zone does not change this zone, so it is the same at any depth of wear. Outside the zone,
-    wear continues while there is pressure (Popov 2014), if wear at one place does not reduce the
-    pressure elsewhere. In the end the contact is confined to the stick zone. Theory, eq. (30).
-    `wear` computes the number of cycles.
+    stiffness, and loads that stay on one line. Without slip, the shear of all nodes must change in
+    the same direction, by at least friction times the change of pressure. Then the stick zone
+    equals the contact area of the same bodies under a smaller normal force: the mean normal force
+    minus half the change of the shear force, divided by friction (Ciavarella 1998, Jäger 1998). A
+    larger gap outside the stick zone does not change this zone, so it is the same at any depth of
+    wear. Outside the zone, wear continues while there is pressure (Popov 2014), if wear at one
+    place does not reduce the pressure elsewhere. In the end the contact is confined to the stick
+    zone. Theory, eq. (30). `wear` computes the number of cycles that this takes.
 
     Parameters
     ----------

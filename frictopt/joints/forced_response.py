@@ -47,7 +47,7 @@ class ForcedResponse(Kept, Plotted):
     Attributes
     ----------
     force
-        (F,) amplitudes of the modal force, force / square root of mass.
+        (F,) amplitudes of the modal force, in units of force / square root of mass.
     peak
         (F,) largest amplitude of a sweep from rest; inf if it lies beyond the curve. An amplitude
         is a modal amplitude or, with a `scale`, the amplitude at a point.
@@ -55,9 +55,9 @@ class ForcedResponse(Kept, Plotted):
         (F,) frequency of the excitation at the peak, and the phase lag of the motion there, in
         degrees, near 90. NaN beyond the curve.
     least_peak, most_peak
-        (F,) the smallest and the largest peak over the residual slips that the range of the curve
-        found, for a start at any amplitude. A sweep shakes out most residual slip, so it sees only
-        a part of this band. NaN without a range; inf beyond the curve.
+        (F,) the smallest and the largest peak over the residual slips in the range of the curve, if
+        the vibration may start at any amplitude. A sweep shakes out most residual slip, so it sees
+        only a part of this band. NaN without a range; inf beyond the curve.
     sensitivity
         (F,) -d ln peak / d ln work: if the work of friction is larger by a small share, the peak is
         smaller by about this number times the share. It is computed from the peaks of this force
@@ -65,8 +65,8 @@ class ForcedResponse(Kept, Plotted):
     interaction
         (F,) relative change of the peak that two effects outside the approximation may cause:
         harmonics of the frequency move the mode itself, and `other_modes` respond to harmonics
-        dynamically, not statically. It serves to compare peaks, and is no estimate of their error.
-        NaN beyond the curve.
+        dynamically, not statically. Use it to compare peaks: it does not estimate their error. NaN
+        beyond the curve.
     beyond
         (F,) whether the peak lies above the largest amplitude of the curve.
     branches
@@ -77,7 +77,7 @@ class ForcedResponse(Kept, Plotted):
         DataFrame of the points at which a sweep jumps: columns force, frequency, amplitude.
     detached
         DataFrame of curves that a sweep from rest does not reach: columns force, least and most
-        amplitude of their resonance; most is inf beyond the curve.
+        (both are amplitudes at resonance); most is inf beyond the curve.
     damping
         Damping ratio of material and air for the glued mode.
     scale
@@ -190,7 +190,7 @@ def _amplitudes(oscillator: ModalOscillator, force: float, least: float, most: f
 def _side(oscillator: ModalOscillator, force: float, a: Array, side: int) -> pd.DataFrame:
     """Rows below (-1) or above (1) the resonance, see `ForcedResponse.branches`.
 
-    Below it the static amplitude comes first.
+    Rows below the resonance begin at the static amplitude.
     """
     omega = oscillator.frequencies(force, a, side)
     known = np.isfinite(omega)

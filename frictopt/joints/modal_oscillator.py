@@ -1,4 +1,4 @@
-"""A mode on the stiffness and the friction of its joint, and its answer to a harmonic force.
+"""A mode with the stiffness and the friction of its joint, and its response to a harmonic force.
 
 A mode of unit modal mass with the amplitude a under the modal force `f cos(omega t)` obeys
 `a |k + i (g + 2 zeta omega_0 omega) - omega^2| = f`. Here k is the stiffness of the first harmonic
@@ -92,7 +92,7 @@ class ModalOscillator(Kept):
     def resonance(self, a: Array) -> Array:
         """Angular frequency at which an amplitude needs the smallest force.
 
-        It is the largest root of `u^3 + p u + q`, by the cosine of a third of an angle, or 0 if no
+        It is the largest root of `u^3 + p u + q`, computed by trigonometric functions, or 0 if no
         root is above 0. Without damping of the material it is the square root of the stiffness.
         """
         p = self.viscous**2 / 2 - self._stiffness(a)
@@ -140,8 +140,8 @@ class ModalOscillator(Kept):
     def frequencies(self, force: float, a: Array, side: int) -> Array:
         """Angular frequencies below (-1) or above (1) the resonance of amplitudes (n,).
 
-        NaN for amplitudes that the force exceeds at every frequency on this side. The range between
-        the resonance and a frequency that is too far from it is halved again and again.
+        NaN for amplitudes that need less than the force at every frequency on this side. They are
+        found by bisection between the resonance and a frequency that needs more than the force.
         """
         resonance = self.resonance(a)
         far = np.zeros(len(a)) if side < 0 else np.sqrt(self._stiffness(a) + force / a)
@@ -173,13 +173,14 @@ class ModalOscillator(Kept):
 
 # Forces of a swing that the first harmonic of one mode leaves out.
 #
-# The force of the loop has a mean and harmonics, which move the mode itself. In a quasi-static loop
-# the other modes move as their stiffness says. In a vibration they respond dynamically at multiples
-# of the frequency, most of all if a multiple is near a natural frequency.
+# The force of the loop has a mean and harmonics, which move the mode itself. In a quasi-static
+# loop, the other modes move as their stiffness allows. In a vibration, they respond dynamically at
+# multiples of the frequency, most of all if a multiple is near a natural frequency.
 
 # The numbers of the interaction.
 
-# Damping ratio of the other modes, which bounds their answer at a multiple of the frequency.
+# Damping ratio of the other modes. It bounds their response if a multiple of the frequency meets a
+# natural frequency.
 _DAMPING = 0.005
 # Relative compliance between two loads up to which they count as loads of two modes. It exceeds
 # rounding, because other codes write modes with few digits.
@@ -194,10 +195,10 @@ class OtherModes:
     squares: Array  # of the natural angular frequencies
 
     def forces(self, dynamic: Array, omega: float) -> float:
-        """The largest modal force by which a mode's dynamic answer differs from the static one.
+        """The largest modal force by which a mode's dynamic and static responses differ.
 
-        `dynamic` (1 + harmonics, m) are the harmonics of the displacements of the loads, from the
-        mean on, which is static.
+        `dynamic` (1 + harmonics, m) are the harmonics of the displacements of the loads. Row 0 is
+        the mean, which is static.
         """
         harmonic = np.arange(len(dynamic))[:, None]
         ratio = harmonic * omega / np.sqrt(self.squares)
@@ -206,7 +207,7 @@ class OtherModes:
 
 
 def checked_modes(system: ContactSystem, cycle: LoadCycle, names: Sequence[str]) -> OtherModes:
-    """Check the load cases of other modes: no load of two modes moves the other one."""
+    """Check the load cases of other modes: the load of a mode moves no other mode."""
     direction = opposed_direction(system, cycle)
     assert direction is not None and system.compliance is not None
     columns = []
@@ -234,10 +235,10 @@ def checked_modes(system: ContactSystem, cycle: LoadCycle, names: Sequence[str])
 
 
 def interaction_at(steady: SteadyState, others: OtherModes | None, omega: float) -> float:
-    """Modal force that the first harmonic of the mode leaves out, over the load factor.
+    """Modal force that the first harmonic of the mode leaves out, divided by the load factor.
 
-    `omega` is the angular frequency of the motion. The force is the largest of that on the mode
-    itself and those on the other modes. NaN if no motion like a cosine has this loop.
+    `omega` is the angular frequency of the motion. The force is the largest of the forces on the
+    mode itself and on the other modes. NaN if no motion like a cosine has this loop.
     """
     if moves_as_glued(steady):
         return 0.0
@@ -255,11 +256,10 @@ def interaction_at(steady: SteadyState, others: OtherModes | None, omega: float)
 
 
 def _own_force(force: Array) -> float:
-    """Modal force due to the motion of the mode by the mean and the harmonics of its force.
+    """Modal force equivalent to the motions of a mode by the mean and harmonics of its force.
 
-    The mean of the force moves the mode by the mean divided by the stiffness, which is about the
-    square of the frequency. Harmonic n moves the unit mass by its force divided by n^2 times this
-    square.
+    The mean moves the mode by mean / stiffness; the stiffness is about the square of the frequency.
+    Harmonic n moves the unit mass by its force / (n^2 times this square).
     """
     divisor = np.maximum(np.arange(len(force)), 1) ** 2
     moves = np.abs(force) / divisor

@@ -34,8 +34,8 @@ from .report import Comparison
 
 # The numbers of pictures of curves.
 
-# Largest ratio of a drawn limit to the largest value of a curve, and of the smallest value to a
-# drawn limit. Limits farther away are in the legend alone.
+# A limit is drawn if it lies beyond the values of a curve by at most this factor. Limits farther
+# away are only in the legend.
 _FARTHEST = 1.5
 # Room around the values and the limits that are drawn, as a factor.
 _ROOM = 1.12
@@ -48,7 +48,7 @@ _MARKED: Look = {name: series(0)[name] for name in ("color", "marker")}
 
 @picture.register
 def _comparison(of: Comparison, ax: AnyAxes) -> AnyAxes:
-    """Each number of each variant, divided by that of the first one, if all are finite."""
+    """Each number of each variant, divided by that of the first variant, if all are finite."""
     numbers = of.table.set_index("number")[list(of.names)].astype(float)
     ratios = numbers.div(numbers[of.names[0]], axis=0)
     ratios = ratios[np.isfinite(ratios).all(axis=1)]
@@ -196,7 +196,8 @@ def _forced_response(answer: ForcedResponse, ax: AnyAxes) -> AnyAxes:
     """Amplitude over the frequency of each force, with the backbone through the peaks.
 
     A thick bar along the backbone is the range of a peak over the residual slips. The part between
-    the folds is dotted. Curves that end at the largest amplitude of the backbone go on beyond it.
+    the folds is dotted. A curve that ends at the largest amplitude of the backbone continues beyond
+    it.
     """
     (axes,) = new_axes(ax)
     oscillator = answer.oscillator
@@ -233,9 +234,9 @@ def _forced_response(answer: ForcedResponse, ax: AnyAxes) -> AnyAxes:
 
 @picture.register
 def _worn(worn: WearHistory | WornIn, ax: AnyAxes) -> AnyAxes:
-    """Depth worn off; of a history also the pressure, of a worn-in contact also the stick zone.
+    """Depth worn off, with the pressure for a history, and the stick zone for a worn-in contact.
 
-    In space a map of the depth in the end.
+    In space, a map of the final depth.
     """
     system = worn.system
     label = "pressure at the last corner\n(force per area)"

@@ -57,16 +57,17 @@ class Report(Kept, ReportParts):
     mean_state
         The state under the mean load, reached from a state without slip.
     gross_slip
-        Result of `gross_slip`. On the first page it is the result of equilibrium only, with its
-        `self_stress`.
+        Result of `gross_slip`. On the first page it follows from equilibrium alone. If it has a
+        `self_stress`, the second page computes it again, by transients.
     steady
         The steady state at load factor 1, from no slip; None if `missing` has a reason.
     assembled
-        Result of `limit_after_protocol` from no slip, between both limits, in at most eight
-        transients; None if `missing` has a reason.
+        Result of `limit_after_protocol`: the limit from no slip, searched between both limits in at
+        most eight transients. None if `missing` has a reason.
     required_assembled
-        Result of `friction_after_protocol` from no slip at load factor 1, above the required
-        friction, in at most eight transients; None if `missing` has a reason.
+        Result of `friction_after_protocol`: the friction needed from no slip at load factor 1,
+        searched above the required friction in at most eight transients. None if `missing` has a
+        reason.
     curve, limit, guaranteed, required
         Results of `backbone_curve` (with both limits, for its picture), `shakedown_limit`,
         `guaranteed_limit`, `required_friction`; None if `missing` has a reason.
@@ -84,16 +85,16 @@ class Report(Kept, ReportParts):
     scatter
         The ranges of friction and preloads in words; "" if there is no scatter.
     probability
-        DataFrame with a row for each probability that slip stops at your load, without rows if no
-        input has a distribution: columns number, value, error (standard error of a sample), and
-        meaning, which has the method. If `load` has a distribution, the load varies with it.
+        DataFrame with a row for each probability that slip stops at your load: columns number,
+        value, error (the standard error of a sample), meaning (the method). It has no rows if no
+        input has a distribution. If `load` has a distribution, the load varies with it.
     title, notes, life, origin
         The input; notes are facts that the model leaves out, and the life is an empty table if none
         is given. The origin is the version of frictopt, the day, a checksum of the input, and the
-        name of its file with its SHA-256.
+        name and the SHA-256 of the file of the joint.
     states, identity
-        The steady states that were followed, (corner of the scatter, load factor) -> state, or the
-        reason why there is none; and numbers of the input, which show whether a `store` belongs to
+        `states` maps (corner of the scatter, load factor) to a steady state, or to the reason why
+        there is none. `identity` has numbers of the input, which show whether a `store` belongs to
         the same call.
     bodies, model
         DataFrame with a row for each body of the model, and the model. A file of the report leaves
@@ -104,10 +105,10 @@ class Report(Kept, ReportParts):
 
         - slides_at, slides_at_steady: the load factor at which this face slides in full. Its shear
           forces have the resultant and the moment that the loads send through it while all faces
-          stick; its pressure is distributed as under the mean load, or as in the steady state. If
-          bodies slide off at a lower load factor and this face moves, it is the gross-slip load. A
-          face that is not flat has NaN. Parts of the mean load that slide no body, such as
-          preloads, do not count, since slip relieves them.
+          stick. Its pressure is distributed as under the mean load (`slides_at`), or as in the
+          steady state. If bodies slide off at a lower load factor and this face moves, the value is
+          the gross-slip load. It is NaN for a face that is not flat. Parts of the mean load that
+          slide no body, such as preloads, do not count, since slip relieves them.
         - utilisation: the largest Q / fP of all corners;
         - carries: the share of this face in the work of friction as bodies slide off;
         - where: the place of its largest slip range.
@@ -211,15 +212,16 @@ def report(
     2. Work, slip and stiffness as functions of the load (`backbone_curve`), and safety factors. If
        contact forces balance themselves, transients find the load at which bodies slide off
        (`gross_slip`).
-    3. Shakedown and guaranteed limit, and the limit as assembled between them; the friction that
-       would keep the contact stuck (`required_friction`), and the friction as assembled.
+    3. Shakedown limit, guaranteed limit, and between them the limit of the joint as assembled; the
+       friction that would keep the contact stuck (`required_friction`), and the friction that the
+       joint needs as assembled.
 
     For a part without an answer, `missing` has the reason. The guaranteed limit and the required
     friction do not support a shear strength. If the mean load leaves nodes open, the third page
     depends on the mesh and is omitted, unless `mesh_limits` is True or normal loads alone open and
-    close nodes in each cycle. With `mesh_limits` in space, the shakedown limit is computed with
-    these open nodes only. The guaranteed limit and the required friction are then omitted, because
-    their searches take minutes: for full searches, call the functions themselves.
+    close nodes in each cycle. In space, `mesh_limits` computes the shakedown limit with just these
+    nodes open. The guaranteed limit and the required friction are then omitted, because their
+    searches take minutes: for full searches, call the functions themselves.
 
     Safety factors against gross slip follow theorems. The gross-slip load from equilibrium never
     falls as friction grows, and it is a concave function of the preloads, so its minimum is at a
@@ -232,31 +234,31 @@ def report(
     system, cycle
         The contact and its load cycle.
     friction
-        Coefficient of friction, one, one per node, or contact -> coefficient. A tuple of three is
-        (least, nominal, most). A frozen distribution of `scipy.stats` has its median as nominal
-        value, and 95 % between least and most. The report then has the probability that slip stops.
-        Contacts may also have tuples or distributions by their names.
+        Coefficient of friction: one value, one per node, or contact -> coefficient. A tuple of
+        three is (least, nominal, most). For a frozen distribution of `scipy.stats`, the median is
+        the nominal value, and 95 % lies between least and most; the report then has the probability
+        that slip stops. Each contact can also have its own tuple or distribution, by its name.
     load_factors
         (K,) load factors of the curve, > 0 and rising; 1 is added to them. None: 1/4, 1/2, 1 and 2
-        (in space without 1/4). If 2 exceeds 95 % of the gross-slip load, they are scaled down to
-        end there.
+        (in space without 1/4). If 2 exceeds 95 % of the gross-slip load, these defaults are scaled
+        down to end there.
     preload
-        Load case of the mean load -> (least, most) amplitude, or its distribution, for the scatter
-        of tightening; or the tightening factor alpha_A of VDI 2230, which is the largest preload
-        divided by the least: this gives a normal distribution with 95 % between both. At most four
-        load cases. Bolts with the same scatter belong in one load case. Each corner of the scatter
-        needs its own steady states.
+        Load case of the mean load -> scatter of its amplitude by tightening: (least, most), a
+        distribution, or the tightening factor alpha_A of VDI 2230. This factor is the largest
+        preload divided by the least; it gives a normal distribution with 95 % between the two. At
+        most four load cases. Bolts with the same scatter belong in one load case. Each corner of
+        the scatter needs its own steady states.
     load
         (least, most) load factor around 1, or its distribution, for safety factors, verdicts and
-        the probability. Numbers and curves belong to load factor 1.
+        the probability. Numbers and curves do not include this scatter.
     correlation_length
         Length over which a friction with a distribution varies along its face, see
         `ShakedownLimit.probability`.
     limits
         Thresholds for the verdicts, name -> largest value: "slip range" and "drift" (length),
         "work" (of friction per cycle), "work density" (per area), "Ruiz" (`F1` of the fretting
-        table), "slipping share"; and the least safety factors "gross slip", and "face slip" of the
-        first face that slides in full. The slip range and the slipping share also have safety
+        table), "slipping share"; and two least safety factors: "gross slip", and "face slip" (of
+        the first face that slides in full). The slip range and the slipping share also have safety
         factors.
     life
         Cycles to failure from `FatigueBand.life`, of a band at load factor 1. The first page then
@@ -279,13 +281,13 @@ def report(
     show
         Function, such as `print`, that is called with the text of each finished page.
     store
-        File for the report (npz), written after each page and at an interrupt. The same call then
-        goes on from the steady states and limits in it; `results.load` reads it.
+        File for the report (npz), written after each page and at an interrupt. A repeated call
+        continues from the steady states and limits in this file. `results.load` reads the file.
     steps, progress
-        Number of increments from corner to corner, and whether to show a bar after two seconds.
-        None: the exact path in the plane, 2 increments in space; `step_error` estimates their
-        error at load factor 1 alone. Ctrl-C raises a KeyboardInterrupt whose attribute `report`
-        holds the parts known so far.
+        Number of increments from corner to corner (None: the exact path in the plane, 2 increments
+        in space), and whether to show a bar after two seconds. The error of increments is estimated
+        only at load factor 1 (`step_error`). Ctrl-C raises a KeyboardInterrupt whose attribute
+        `report` holds the parts known so far.
 
     Returns
     -------
@@ -362,7 +364,7 @@ def _check_shows(show: Any) -> None:
 def _checked_identity(
     system: ContactSystem, title: str, notes: str, life: Any, model: Any
 ) -> dict[str, Any]:
-    """The parts of a sheet that describe its joint, and are not computed."""
+    """The parts of a sheet that describe the joint and need no computation."""
     for name, text in (("title", title), ("notes", notes)):
         if not (isinstance(text, str) and text == ""):
             check_text(name, text, "a printable text")
@@ -390,7 +392,7 @@ def _of_file(file: str | Path) -> str:
 
 # Reports on variants of a joint in one table: their numbers, their differences, and the best.
 
-_MORE_IS_BETTER = ("load factor", "probability", "cycles")  # units; of other numbers less is better
+_MORE_IS_BETTER = ("load factor", "probability", "cycles")  # units; with other units less is better
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -479,7 +481,7 @@ def compare(reports: Mapping[str, Report | str | Path]) -> Comparison:
 
 
 def _numbers_of(name: str, report: object) -> pd.DataFrame:
-    """The numbers of a report, or of its file, in which infinity is a text."""
+    """The numbers of a report, or of its JSON file, which has infinity as a text."""
     if isinstance(report, Report):
         return report.numbers
     if isinstance(report, str | Path):

@@ -47,7 +47,7 @@ Parts = TypeVar("Parts", bound=ReportParts)
 LOAD_FACTORS = (0.25, 0.5, 1.0, 2.0), (0.5, 1.0, 2.0)
 """Default load factors of the curve in the plane, and in space, where each takes long.
 
-They are reduced if the bodies slide off below the last one.
+All are scaled down if the last one exceeds 95 % of the gross-slip load.
 """
 
 _AT_LOAD = "steady state at load factor 1"
@@ -67,12 +67,12 @@ _PARTS = {
     "friction as assembled": ("required_assembled", 3),
     "probability": ("probability", 3),
 }
-# Thresholds whose safety factors are searched.
+# Thresholds whose safety factors are found by a search.
 _SEARCHED = (SLIP_RANGE, SLIPPING_SHARE)
 _SOME_START = "probability for some start"
 _AS_ASSEMBLED = "probability as assembled"
-# Width of the interval of the limit and of the friction as assembled, relative to the largest value
-# tried. Together with the values that are tried first, this takes at most eight transients.
+# Width of the last interval of a bisection, relative to the largest value tried, for the limit and
+# the friction as assembled. With the values tried first, this takes at most eight transients.
 _TOLERANCE = 1 / 64
 _OF_THE_MESH = (
     "omitted, because the mean load leaves nodes open and the answer changes with the mesh: pass "
@@ -126,9 +126,10 @@ class Pages(Generic[Parts]):
         self._plan(None)
 
     def _plan(self, slides: GrossSlip | None) -> None:
-        """Plan the steady states of the curve and of the verdicts, as far as gross slip is known.
+        """Plan the steady states of the curve and of the verdicts, with the gross-slip load.
 
-        Searches for safety factors need further steady states, in a number that is not known yet.
+        None: this load is not known. Searches for safety factors need further steady states, whose
+        number is not known yet.
         """
         nominal, *corners = self.states.all_corners()
         self._planned = {(nominal.name, 1.0)}
@@ -225,7 +226,7 @@ class Pages(Generic[Parts]):
 
     def _steady_at_load(self) -> SteadyState:
         steady = self._steady_at(1.0)
-        steady.states()  # tables need the states: their error counts as that of the steady state
+        steady.states()  # tables need the states: an error here is one of the steady state
         return steady
 
     def ask_with_load(self) -> None:
@@ -244,7 +245,7 @@ class Pages(Generic[Parts]):
         self._searches = False
 
     def _judge(self, slides: GrossSlip | None, factors_against: Sequence[str]) -> None:
-        """Safety factors against gross slip and some thresholds, and verdicts on all thresholds."""
+        """Find safety factors against gross slip and some thresholds, and all verdicts."""
         try:
             against = {name: self.limits[name] for name in factors_against if name in self.limits}
             safety = safety_table(self.states, slides, against)
@@ -257,7 +258,7 @@ class Pages(Generic[Parts]):
         )
 
     def _factors_of_curve(self, slides: GrossSlip | None) -> Array:
-        """The load factors of the curve, with load factor 1 unless the bodies slide off below."""
+        """The load factors of the curve, including 1 unless the bodies slide off below it."""
         upper = np.inf if slides is None else slides.load_factor
         factors = self.factors
         if factors is None:
@@ -349,7 +350,7 @@ class Pages(Generic[Parts]):
 
     @property
     def _needs_sample(self) -> bool:
-        """Whether more is random than one coefficient of friction, which has exact answers."""
+        """Whether more than one coefficient of friction is random. One alone is solved exactly."""
         laws = self.scatter.laws
         return len(laws) > 1 or isinstance(laws.get("friction", {}), Mapping)
 
@@ -439,7 +440,7 @@ class Pages(Generic[Parts]):
         ]
 
     def _interrupted(self) -> Parts:
-        """The report of the known parts, in which the parts that are left are missing."""
+        """The report of the known parts; all other parts are missing because of the interrupt."""
         missing = {**self.missing, **dict.fromkeys(self._left(), "interrupted")}
         return replace(self.report(), missing=missing)
 

@@ -76,7 +76,7 @@ def areas_move(system: ContactSystem, cycle: LoadCycle, friction: Array) -> bool
 
 
 def limits_change_with_mesh(parts: ReportParts) -> bool:
-    """Whether the limits may be decided by a closed node beside nodes that the mean load opens."""
+    """Whether a closed node beside nodes that the mean load opens may govern the limits."""
     return mean_load_opens(parts) and not areas_move(parts.system, parts.cycle, parts.friction)
 
 
@@ -89,13 +89,13 @@ def many_nodes_slip(parts: ReportParts) -> bool:
 
 def increments_are_coarse(steady: SteadyState) -> bool:
     """Whether finer increments may change the work by more than a few per cent."""
-    # Estimated relative error of the work above which increments are too coarse to be quoted.
+    # Increments are too coarse if the estimated relative error of their work is above this.
     coarse = 0.05
     return steady.steps > 0 and steady.step_error > coarse
 
 
 def motion_of_load(parts: ReportParts) -> float:
-    """Half the range of the motion of the load at load factor 1; not finite if it is not known."""
+    """Half the range over which the load moves at load factor 1; not finite if it is not known."""
     if parts.steady is None:
         return np.nan
     load = load_of_curve(parts.system, parts.cycle, parts.friction, None)
@@ -221,12 +221,12 @@ def _converges(parts: ReportParts, steady: SteadyState) -> str:
 
 
 def _if_fine(steady: SteadyState, converges: str) -> str:
-    """Whether a number converges; not yet if the increments are too coarse."""
+    """The given text on convergence, or another one if the increments are too coarse."""
     return "with finer increments" if increments_are_coarse(steady) else converges
 
 
 def _limit_rows(parts: ReportParts) -> Iterator[_Row]:
-    """Limits, and the required frictions. They depend on the mesh beside open nodes."""
+    """Rows of limits and required frictions, which depend on the mesh beside open nodes."""
     limit, guaranteed, required = parts.limit, parts.guaranteed, parts.required
     depends = limits_change_with_mesh(parts)
     converges = "no" if depends else "unless edges are sharp"
@@ -290,12 +290,12 @@ def units_of(parts: ReportParts) -> dict[str, str]:
 
 
 def columns_with_units(parts: ReportParts, table: pd.DataFrame) -> dict[str, tuple[str, str]]:
-    """Column of a table -> its name and its unit, "" without one, such as ("P_0", "N")."""
+    """Column of a table -> (name, unit), such as ("P_0", "N"); the unit is "" if there is none."""
     units = units_of(parts)
     names = dict[str, tuple[str, str]]()
     for column in table.columns:
         quantity = column.split("_")[0] if column[-1:].isdigit() else column
-        # The displacement of a curve is the work of the load over its load factor.
+        # The displacement of a curve is the work of the load per load factor.
         name = "work of the load" if column == "displacement" else column
         names[column] = name, units.get(quantity, "")
     return names
@@ -311,7 +311,7 @@ def with_units(parts: ReportParts, table: pd.DataFrame) -> pd.DataFrame:
 
 
 def curve_table(parts: ReportParts, curve: BackboneCurve) -> pd.DataFrame:
-    """The known columns of a curve; the stiffness is force over motion if the motion is known."""
+    """The known columns of a curve; if the motion is known, the stiffness is force per motion."""
     table = curve.to_frame().drop(columns="stiffness")
     size = load_size(parts.system, parts.cycle)
     if np.isfinite(size):

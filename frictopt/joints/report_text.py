@@ -64,7 +64,7 @@ class Section(NamedTuple):
 
 
 def title_of(parts: ReportParts) -> str:
-    """The title of a report: the given one, and its nodes, its friction and its units."""
+    """The title of a report: the given title, the number of nodes, the friction and the units."""
     least, most = parts.friction.min(), parts.friction.max()
     friction = f"{least:g}" if least == most else f"{least:g} to {most:g}"
     nodes = "1 contact node" if parts.system.nodes == 1 else f"{parts.system.nodes} contact nodes"
@@ -120,7 +120,7 @@ def _at_load(parts: ReportParts) -> Iterator[Section]:
 
 
 def _faces(parts: ReportParts) -> Iterator[Section]:
-    """The contacts face by face, and the forces through ties, which have no nodes of a contact."""
+    """The contacts face by face, and the forces through ties, which have no contact nodes."""
     contacts = parts.contacts
     is_tie = contacts.get("nodes", pd.Series(1, contacts.index)) == 0
     along = " along the first tangents" if parts.system.orthotropic else ""
@@ -221,7 +221,7 @@ def whole_text(parts: ReportParts) -> str:
 
 
 def shown_page(parts: ReportParts, page: int, pages: int) -> str:
-    """A page as it is shown when it is ready, with its number."""
+    """The text of a finished page, headed by its number."""
     head = f"Page {page} of {pages}: {PAGES[page - 1].lower()}"
     if page == 1:
         head = f"{_head(parts)}\n\n{head}"
@@ -231,13 +231,13 @@ def shown_page(parts: ReportParts, page: int, pages: int) -> str:
 
 
 def _head(parts: ReportParts) -> str:
-    # On the sheet, the title, the loads and the notes are not cut.
+    # Only this text is cut: the sheet has the title, the loads and the notes in full.
     title = fill(title_of(parts), PAPER, max_lines=2, placeholder=" ...")
     return f"{title}\n{fill(loads_of(parts), PAPER, max_lines=9, placeholder=' ...')}"
 
 
 def _table_text(parts: ReportParts, table: pd.DataFrame, header: bool) -> str:
-    """A table on paper; columns that do not fit follow below, beside the first one again.
+    """A table on paper; columns that do not fit follow below, with the first column repeated.
 
     Units stand below the names of their columns.
     """
@@ -253,7 +253,7 @@ def _table_text(parts: ReportParts, table: pd.DataFrame, header: bool) -> str:
         line_width=PAPER,
         max_colwidth=PAPER // 2,
     )
-    # pandas marks lines that go on below.
+    # pandas ends a line with a backslash if its columns continue below.
     return re.sub(r" *\\?$", "", text, flags=re.MULTILINE)
 
 

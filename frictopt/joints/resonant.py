@@ -37,13 +37,13 @@ WantedOf: TypeAlias = Callable[[pd.DataFrame], tuple[ModalOscillator, Iterable[t
 
 # The numbers of the check.
 
-# Relative difference in amplitude, and in the force that it needs, up to which a state is at a
-# wanted amplitude.
+# A state counts as being at a wanted amplitude up to this relative difference in amplitude, and in
+# the force that the amplitude needs.
 _SAME = 0.01
 # Largest number of steady states for one name. 300 forces on random joints of one mass needed at
 # most 10.
 _MOST = 20
-# Each third state halves an interval of load factors, because interpolation fails where a small
+# Every third state halves an interval of load factors, because interpolation fails where a small
 # rise of the load moves the joint far.
 _HALVED = 3
 
@@ -101,7 +101,7 @@ def checked_points(
 
 
 def _has_state_at(oscillator: ModalOscillator, a: float) -> bool:
-    """Whether a state is at an amplitude, and needs the same force."""
+    """Whether a known state has an amplitude, and the force that this amplitude needs."""
     nearest = oscillator.amplitude[np.abs(oscillator.amplitude - a).argmin()]
     needed, wanted = oscillator.needed(np.array([nearest, a]))
     return bool(abs(nearest - a) <= _SAME * a and abs(needed - wanted) <= _SAME * wanted)
@@ -119,8 +119,8 @@ def _load_factor(points: pd.DataFrame, a: float, is_halved: bool) -> float:
 
 # Fewest load factors with a resonance: two points show no curve.
 _FEWEST = 3
-# Part of a force whose peak shows how strongly the peak changes with the force. Checked peaks are
-# right to about 1 %, so a part closer to 1 would show their errors.
+# The peak under this share of a force shows how strongly the peak changes with the force. Checked
+# peaks are right to about 1 %, so a share closer to 1 would show their errors.
 _WEAKER = 0.95
 
 
@@ -138,25 +138,25 @@ class Resonant:
     ) -> ForcedResponse:
         """The response to harmonic forces near the resonance of the mode.
 
-        The mode has the stiffness of the first harmonic of its loop and the loss of its work of
-        friction, interpolated over the amplitude. Steady states at the amplitude of each peak join
-        the load factors of the curve until the force balances to 1 %. The answer is an
-        approximation and no bound: validity, "The forced response". Theory, "The forced response".
+        The stiffness of the mode follows from the first harmonic of its loop, and its loss from the
+        work of friction. Both are interpolated over the amplitude. Steady states at the amplitude
+        of each peak join the load factors of the curve until the force balances to 1 %. The answer
+        is an approximation, not a bound. See "The forced response" in both Validity and Theory.
 
         Parameters
         ----------
         forces
-            (F,) amplitudes of the modal force, > 0, force / square root of mass: `Modes.force` has
-            that of a load, and that of a shaken base.
+            (F,) amplitudes of the modal force, > 0, in units of force / square root of mass.
+            `Modes.force` returns the modal force of a load, or of a shaken base.
         damping
             Damping ratio of material and air for the glued mode, at least 0 and below 1. With 0,
-            friction alone damps, and once the contact slides in full it cannot hold every force.
+            friction alone damps, and it cannot balance every force once the contact slides in full.
         scale
             Motion of a point per modal amplitude, > 0. All amplitudes are then amplitudes of this
             point.
         other_modes
-            Names of load cases that are the loads of other modes, see `Modes.load`. They show how
-            far these modes take part: `ForcedResponse.interaction`.
+            Names of load cases that are the loads of other modes, see `Modes.load`.
+            `ForcedResponse.interaction` then shows how strongly these modes take part.
         progress
             Whether to show a bar after two seconds, which counts the steady states.
 
@@ -214,7 +214,7 @@ class Resonant:
         scale: float = 1.0,
         progress: bool = True,
     ) -> float:
-        """The largest modal force whose resonance, swept from rest, keeps within a limit.
+        """The largest modal force whose resonance, swept from rest, stays within a limit.
 
         The curve turns the limit into an amplitude. Steady states at this amplitude, and at the
         amplitude that needs the largest force, join the load factors of the curve until the force
@@ -471,8 +471,8 @@ class _Answer:
             )
         strongest = self.oscillator.strongest(self.oscillator.largest)
         holds = float(self.oscillator.needed(np.asarray(strongest)))
-        # Interaction from which a peak may change much. In the tables of the study
-        # "forced_response" the error of a peak is at most 7 % up to this number.
+        # Above this interaction a peak may change much. In the tables of the study
+        # "forced_response", the error of a peak is at most 7 % up to this interaction.
         largest = 0.05
         doubtful = ~(rows["interaction"] <= largest) & ~rows["beyond"]
         said = {

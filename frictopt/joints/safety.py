@@ -1,9 +1,9 @@
 """Safety factors of a joint and verdicts on its thresholds, with the scatter of its input.
 
-A safety factor is the number by which the cyclic load may grow. Against gross slip, theorems locate
-the worst input if equilibrium determines the gross-slip load: more friction never lowers this load,
-and it is a concave function of the preloads, so that its minimum is at a corner of their ranges.
-Steady slip has no such theorem, so the nominal input and all corners of the ranges are followed.
+A safety factor is the number by which the cyclic load may grow. If equilibrium determines the
+gross-slip load, theorems locate the worst input. More friction never lowers this load. It is a
+concave function of the preloads, so its minimum is at a corner of their ranges. Steady slip has no
+such theorem, so the nominal input and all corners of the ranges are followed.
 """
 
 from __future__ import annotations
@@ -108,14 +108,14 @@ def factor_of(gross: GrossSlip) -> float:
 def _under_mean_load(
     system: ContactSystem, cycle: LoadCycle, mean: ContactState
 ) -> dict[int, FaceLoad]:
-    """The vertices of the hull of the load corners, with the normal forces of the state `mean`."""
+    """Loads at the vertices of the hull of the load corners, with the normal forces of `mean`."""
     bonded = joined(mean.bonded_q, mean.bonded_p)
     p = (bonded + system.S @ joined(mean.slip, mean.gap - system.gap))[-system.nodes :]
     motions = system.rigid_motions
     slides = motions @ null_space(motions[-system.nodes :], CONDENSATION)
 
     def driving(loads: Mapping[str, float]) -> dict[str, float]:
-        """The loads without those that slide no body, such as preloads: slip relieves them."""
+        """The loads that slide a body. Slip relieves all other loads, such as preloads."""
         if not motions.size:
             return dict(loads)
         return {
@@ -146,7 +146,7 @@ def _in_steady_state(corners: Mapping[int, FaceLoad], steady: SteadyState) -> di
 
 
 def _place_of_most(system: ContactSystem, values: Array, face: Booleans) -> str:
-    """The place of the node of a face with the largest of some values (N,); "" if all are 0."""
+    """The place of the node of a face at which values (N,) are largest; "" if all are 0."""
     node = int(np.argmax(np.where(face, values, -np.inf)))
     return place_of_node(system, node) if values[node] > 0 else ""
 
@@ -169,10 +169,10 @@ SteadyAnswer = SteadyState | NoContinuation | SolverError
 
 @dataclass
 class SteadyStates:
-    """Steady states of a joint by corner of the scatter and load factor, each followed once.
+    """Steady states of a joint for corners of the scatter and load factors, each followed once.
 
-    In increments, steady states at load factors other than 1 begin at the state under the mean
-    load, which is computed once per corner, and have no `step_error`.
+    With increments, a steady state at a load factor other than 1 begins at the state under the mean
+    load, which is computed once per corner. Such a steady state has no `step_error`.
     """
 
     system: ContactSystem
@@ -283,8 +283,8 @@ def _against_slip(
 ) -> tuple[object, ...]:
     """The row of a quantity of the steady state, at all corners.
 
-    If a corner keeps the threshold at the least load factor found for the corners before it, it is
-    not followed further.
+    A corner is not followed further if it keeps the threshold at the least load factor found for
+    the corners before it.
     """
     tolerance = TOLERANCE[states.system.tangents - 1]
     nominal, *corners = states.all_corners()
@@ -302,13 +302,13 @@ def _against_slip(
 
 
 def _row(against: str, factors: Mapping[str, float], by: str) -> tuple[object, ...]:
-    """A row of the table of safety factors, from the factor of each corner by its name."""
+    """A row of the table of safety factors; `factors` maps the name of a corner to its factor."""
     worst = min(factors, key=lambda name: factors[name])
     return against, factors[NOMINAL], factors[worst], worst, by
 
 
 def _factor(states: SteadyStates, name: str, threshold: float, corner: Corner, end: float) -> float:
-    """The load factor up to which a corner keeps a threshold; inf if it keeps it at all loads."""
+    """The load factor up to which a corner keeps a threshold; inf if none exceeds it."""
 
     def value_at(factor: float) -> float:
         return states.judged(name, corner, factor).judged
@@ -329,8 +329,8 @@ def verdict_table(
 ) -> pd.DataFrame:
     """A row for each threshold, with columns `VERDICT_COLUMNS`: the worst of all corners.
 
-    The margin of a threshold is the threshold divided by the value compared with it; of gross slip
-    and face slip it is the safety factor divided by the threshold.
+    The margin is the threshold divided by the value that is compared with it. For gross slip and
+    face slip, the margin is the safety factor divided by the threshold.
     """
     rows = list[tuple[object, ...]]()
     for name, threshold in limits.items():
@@ -363,7 +363,7 @@ def _verdict_on_factor(name: str, safety: pd.DataFrame, threshold: float) -> tup
 
 
 def _margin(allowed: float, value: float) -> float:
-    """The allowed value divided by the value: inf for a value of 0, 0 for an infinite value."""
+    """The quotient `allowed / value`: inf for a value of 0, and 0 for an infinite value."""
     if value == 0:
         return np.inf
     return allowed / value

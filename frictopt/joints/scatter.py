@@ -18,7 +18,7 @@ from ..errors import ModelError
 NOMINAL = "the nominal input"
 """Name of the corner of the nominal input."""
 QUANTILES = (0.025, 0.5, 0.975)
-"""Shares of a distribution below its least, nominal and largest value: 95 % lies in between."""
+"""Shares of a distribution below the least, nominal and largest value; the ends enclose 95 %."""
 
 
 @dataclass(frozen=True)
@@ -37,8 +37,8 @@ class Scatter:
     Frictions are (N,); `frictions` has the least and the most friction, or the nominal one alone.
     `preload` maps a load case of the mean load to its least and largest amplitude. `load` has the
     least and the largest load factor, or 1 alone. `laws` are arguments of
-    `ShakedownLimit.probability`: the distributions of all ranges that come from a distribution.
-    `tightening` maps a load case to its factor alpha_A.
+    `ShakedownLimit.probability`: the distributions that the input has instead of ranges, and the
+    correlation length. `tightening` maps a load case to its factor alpha_A.
     """
 
     cycle: LoadCycle
@@ -158,7 +158,7 @@ def checked_scatter(
 def _checked_frictions(
     system: ContactSystem, friction: Any, is_random: bool
 ) -> tuple[Array, tuple[Array, ...]]:
-    """The nominal friction of the nodes, and the ends of its range; without a range it alone."""
+    """The nominal friction of the nodes, and its range: (least, most), or (nominal,)."""
     named = dict(friction).values() if is_named(friction) else ()
     has_ranges = any(isinstance(part, tuple) for part in named)
     if has_ranges and is_random:
@@ -178,9 +178,9 @@ def _checked_frictions(
 
 
 def _friction_law(system: ContactSystem, friction: Any) -> Any:
-    """The distribution of friction, or those of contacts by their names; None without any.
+    """The distribution of friction, or contact -> distribution; None if there is none.
 
-    If there is only one contact, its name means all nodes, for which the probability is exact.
+    The distribution of the only contact counts as that of all nodes: its probability is exact.
     """
     if not is_named(friction):
         return distribution("friction", friction) if is_distribution(friction) else None
@@ -195,7 +195,7 @@ def _friction_law(system: ContactSystem, friction: Any) -> Any:
 
 
 def at_share(friction: Any, share: float) -> Any:
-    """The friction such that this share of all joints has less; by contact if it has names.
+    """The friction that this share of all joints stays below; by contact if it has names.
 
     The parts of a tuple (least, nominal, most) have the shares of `QUANTILES`.
     """
@@ -260,7 +260,7 @@ def _tightened(nominal: float, factor: float) -> Any:
 
 
 def _checked_range(name: str, given: Any, nominal: float) -> tuple[float, float]:
-    """Check the (least, most) of a range around its nominal value, or those of a distribution."""
+    """Check that the ends of a range, or of a distribution, enclose the nominal value."""
     ends = given
     if is_distribution(given):
         ends = distribution(name, given).ppf(QUANTILES[::2])

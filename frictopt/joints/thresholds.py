@@ -1,4 +1,4 @@
-"""Thresholds that the user gives, the values compared with them, and the load that reaches one."""
+"""Thresholds of the user, the values compared with them, and the load that reaches a threshold."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ SLIPPING_SHARE = "slipping share"
 
 @dataclass(frozen=True)
 class Judged:
-    """A value with a threshold, its place in words, and the value to compare with the threshold.
+    """A value that has a threshold, its place in words, and the value to compare with it.
 
-    The value to compare is larger than the value by an estimate of its error, if there is one.
+    The value to compare is the value plus an estimate of its error, if there is an estimate.
     """
 
     value: float
@@ -37,7 +37,7 @@ class Quantity:
     """A quantity of a steady state that has a threshold.
 
     `unit` names its unit in forces and lengths, see `units_of`. `found` returns its value and its
-    place in words. The error of increments is estimated for quantities `of_work`.
+    place in words. Quantities `of_work` have an estimate of the error of increments.
     """
 
     unit: str
@@ -133,14 +133,14 @@ QUANTITIES: Mapping[str, Quantity] = {
 # Width of the last bracket divided by its upper end, in the plane and in space, where steady
 # states in increments are less exact.
 TOLERANCE = (1e-4, 1e-2)
-# Ratio of two load factors while the search looks for one above the threshold.
+# Factor by which the load factor grows until its value exceeds the threshold.
 _GROWTH = 2.0
 # Largest load factor tried; a threshold that is kept there counts as not reached.
 LARGEST_LOAD = 16.0
 # The search, and the curve of a report, end at this share of the sliding-off load. Closer to this
 # load the slip needs many cycles to become steady.
 BELOW_GROSS_SLIP = 0.95
-# Each third trial halves the bracket, because interpolation fails at jumps.
+# Every third trial halves the bracket, because interpolation fails at jumps.
 _HALVED = 3
 # The search ends below this load factor: the threshold is then exceeded at nearly no load.
 _SMALLEST_LOAD = 1e-3
@@ -189,10 +189,10 @@ def load_at_threshold(
 
 
 def _bracket(known: Mapping[float, float], threshold: float) -> tuple[float, float]:
-    """The ends of the bracket of known load factors in which values begin to exceed a threshold.
+    """The two known load factors between which values begin to exceed a threshold.
 
-    The upper end is the least one whose value exceeds it, inf if none does. The lower end is the
-    largest one below it whose value does not.
+    The upper one is the least whose value exceeds the threshold; inf if no value does. The lower
+    one is the largest below it whose value does not; 0 if there is none.
     """
     keep = [factor for factor, value in known.items() if value <= threshold]
     high = min(known.keys() - keep, default=np.inf)
@@ -208,9 +208,9 @@ def first_state_that_reaches(
 ) -> SteadyState:
     """The steady state at the least load factor found at which its `name` is at least `wanted`.
 
-    `name` is an attribute with a number. This number is at most `wanted` in the state `below`, and
-    at least `wanted` in the state `reaches` at a larger load factor. `follow` returns the state at
-    a load factor.
+    `name` is a numeric attribute of a steady state. Its value is at most `wanted` in the state
+    `below`, and at least `wanted` in the state `reaches` at a larger load factor. `follow` returns
+    the state at a load factor.
     """
     states = {state.load_factor: state for state in (below, reaches)}
 
@@ -224,6 +224,6 @@ def first_state_that_reaches(
         np.nextafter(wanted, 0.0),  # a state with just this number has reached it
         reaches.load_factor,
         TOLERANCE[reaches.system.tangents - 1],
-        smallest_load=0.0,  # there is a smaller load factor
+        smallest_load=0.0,  # however small the load factors are
     )
     return states[above]

@@ -1,4 +1,4 @@
-"""How far locked bolts are shortened so that they have their forces under the mean load."""
+"""Shortenings that give locked bolts their forces under the mean load."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def tightened(
     steps: int | None = None,
     progress: bool = True,
 ) -> LoadCycle:
-    """The load cycle in whose mean load the locked bolts have their forces.
+    """The load cycle whose mean load gives the locked bolts their forces.
 
     Nodes may slip and open under the mean load. In the given mean load, the amplitude of a locked
     bolt is its tension divided by the force of its `BoltPreload`. In the returned mean load, the
@@ -84,7 +84,7 @@ def tightened(
 
 
 def _tightened(bolts: _Bolts, shares: Mapping[str, float]) -> LoadCycle:
-    """The load cycle in whose mean load the bolts have these shares of their forces."""
+    """The load cycle whose mean load gives the bolts these shares of their forces."""
     amplitudes = np.array([*shares.values()])
     forces = amplitudes * bolts.unit_forces
     if bolts.system.compliance is None:
@@ -154,7 +154,7 @@ class _Bolts:
         )
 
     def glued_derivative(self) -> Array:
-        """(bolts, bolts) derivative of the tensions with the amplitudes, of glued bodies."""
+        """(bolts, bolts) derivative of the tensions by the amplitudes, for glued bodies."""
         cases = list(self.system.bonded)
         rows = [cases.index(name) for name in self.names]
         shortenings = np.array([self.system.bolts[name][1] for name in self.names])

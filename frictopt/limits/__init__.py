@@ -12,7 +12,7 @@ of the dual program is a slip mechanism, which proves the limit.
 In this folder each public question has a file: `shakedown.py`, `guaranteed.py`, `safe_slip.py`,
 `required_friction.py`, `safe_region.py`, `fatigue_band.py`, `fatigue_limit.py`,
 `rest_intervals.py`, `gross_slip.py` and `probability.py`. `user_models.py` has the models that
-users extend, `pictures.py` the plots. The model for a new limit is `limit_of_set` in
+users extend, `pictures.py` the plots. For a new limit, follow the example of `limit_of_set` in
 `shakedown.py`.
 
 The folders inside it, ordered so that each needs only those before it:

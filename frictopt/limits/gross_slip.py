@@ -2,7 +2,7 @@
 
 The forces have to balance the loads in the rigid motions of the bodies that no support guides, at
 every corner of the cycle: one program for each corner (`balance/statics.py`). If contact forces can
-balance themselves, statics does not determine how far they press, and transients answer
+balance themselves, statics does not determine how hard they press, and transients answer
 (`balance/self_stress.py`).
 """
 
@@ -190,10 +190,9 @@ def gross_slip(
     equilibrium: at each corner, contact forces have to balance the loads on all bodies that only
     the contact holds. These forces obey friction, `|q| <= f p`, and the shear strength of the
     surface. Stiffness, gaps and residual slips do not matter, so the result converges with the
-    mesh. It is
-    inf if supports hold the bodies. A contact may slip for ever far below it, and wedged bodies may
-    slide off below it, because Coulomb's law does not choose the most favourable forces. Theory,
-    eq. (33).
+    mesh. It is inf if supports hold the bodies. A contact may slip for ever far below it, and
+    wedged bodies may slide off below it, because Coulomb's law does not choose the most favourable
+    forces. Theory, eq. (33).
 
     If contact forces can balance themselves or press against supports, equilibrium does not
     determine the pressure. Examples are a press fit, a clip, a joint with a locked bolt, or a body
@@ -224,8 +223,8 @@ def gross_slip(
     Raises
     ------
     ModelError, SolverError
-        Bad input; no solver gave an answer that passes the checks; with forces that balance
-        themselves, also errors of `steady_state`, and no transient that goes on in time.
+        Bad input; no solver gave an answer that passes the checks. With forces that balance
+        themselves, also errors of `steady_state`, or no transient goes on in time.
 
     Examples
     --------
@@ -330,7 +329,7 @@ def _reason(governs: CornerAnswer, largest: float, first: CornerAnswer, least: f
 def _least_load_factors(
     question: Question, N: Array, corners: Sequence[int], r0: Array, r1: Array
 ) -> list[CornerAnswer]:
-    """The answers for the least load factor of each corner; one answer if all corners have 0."""
+    """The answers for the least load factor of each corner; a single answer if all are 0."""
     lower: list[CornerAnswer] = []
     for k in corners:
         # At load factor 0 all corners are alike, unless their fixed parts differ.

@@ -174,8 +174,8 @@ class GuaranteedLimit(Proven):
     def witness_above_least(self, most: float) -> tuple[float, Array] | None:
         """A load factor above the limit, and the slip that makes `node` critical there.
 
-        The load factor is at most `most`. A transient from this slip slips for ever at load factors
-        just above it or, if the load presses the contact, just below it. The result is None if the
+        The load factor is at most `most`. A transient from this slip slips for ever just above this
+        load factor or, if the load presses the contact, just below it. The result is None if the
         limit is above `least`.
         """
         most = finite_number("most", most, above=0.0 if self._above is None else self.load_factor)

@@ -1,4 +1,4 @@
-"""Pictures of limits, designs and safe regions: how close nodes are to slip, and which limit."""
+"""Pictures of limits, designs and safe regions: how close nodes are to slip, and which govern."""
 
 from itertools import pairwise
 from typing import TypeAlias
@@ -50,10 +50,10 @@ _NUMBERS = {
 def _answered(answer: Answer, ax: AnyAxes) -> AnyAxes:
     """Shear divided by the friction bound at the corners, with circles at limiting nodes.
 
-    The area of a circle is the share of its node in the mechanism. In space the picture shows one
-    corner, with the slip as arrows: the first corner with limiting nodes or, if there are none, the
-    corner with the least reserve. If there is nothing to show, the picture has the reason. Below
-    the picture of a design is its profile.
+    The area of a circle shows the share of its node in the mechanism. In space the picture shows
+    one corner, with the slip as arrows: the first corner with limiting nodes or, if there are none,
+    the corner with the least reserve. If there is nothing to show, the picture has the reason.
+    Below the picture of a design is its profile.
     """
     system = answer.system
     profile = answer.profile if isinstance(answer, Design) and system.tangents == 1 else None
@@ -138,7 +138,7 @@ def _fatigue_band(band: FatigueBand, ax: AnyAxes) -> AnyAxes:
 
 @picture.register
 def _safe_region(region: SafeRegion, ax: AnyAxes) -> AnyAxes:
-    """The region, with the node whose share in the mechanism of each side is largest.
+    """The region, with the node that moves most in the mechanism of each side.
 
     If there are many sides, their nodes are not named.
     """

@@ -4,8 +4,8 @@ FORM (the first-order reliability method): each input is a function of standard 
 The design point is the point nearest to u = 0 at which the limit equals the load. It is found with
 the rates of the limit. If the limit is replaced by its tangent plane there, the probability is
 Phi(|u|), or Phi(-|u|) if the load is above the limit at u = 0. A sample of limits corrects this
-value: the plane is a control variate, so that only the draws count that the plane gets wrong.
-Hasofer and Lind (1974), Rackwitz and Fiessler (1978).
+value: the plane is a control variate, so that only draws that the plane gets wrong matter. Hasofer
+and Lind (1974), Rackwitz and Fiessler (1978).
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ class RandomLimit:
         self._values += [(law, place) for place in places]
 
     def _add_friction(self, friction: Any, correlation_length: Any) -> None:
-        """Add the friction of all nodes, or of each contact; a field if it has a length."""
+        """Add the friction of all nodes, or of each contact; a field if a length is given."""
         system = self.limit.system
         named = is_named(friction)
         laws = dict(friction) if named else {"friction": friction}
@@ -152,7 +152,7 @@ class RandomLimit:
                 length = finite_number("correlation_length", correlation_length, least=0.0)
                 points = system.points[nodes]
                 distance = np.linalg.norm(points[:, None] - points, axis=-1)
-                # Rounding must not make the matrix indefinite, and no length may divide by 0.
+                # Rounding must not make the matrix indefinite. A length of 0 must not divide by 0.
                 correlation = np.exp(-distance / max(length, 1e-300)) + 1e-9 * np.eye(len(nodes))
                 mixing = np.linalg.cholesky(correlation)
             self._add(f"friction of {name}" if named else name, law, list(nodes), mixing)
@@ -176,7 +176,7 @@ class RandomLimit:
         return self._ask(cycle, friction), load, slopes
 
     def derivative(self, limit: ShakedownAnswer, slopes: Array) -> Array:
-        """The derivative of the limit minus the load factor with respect to u."""
+        """The derivative of `limit - load factor` with respect to u."""
         mean = limit.load_rates.query("part == 'mean'").set_index("load")["rate"]
         rates: dict[Any, float] = {_LOAD: -1.0, **mean, **dict(enumerate(limit.friction_rate))}
         return np.array([rates[place] for _, place in self._values] * slopes) @ self.mixing
@@ -249,7 +249,10 @@ def probability_of(
 def _by_sample(
     random: RandomLimit, numbers: Array, stops: Stops | None
 ) -> tuple[Array, Booleans, Booleans]:
-    """The limits of a sample; whether each draw has a safe slip and, with `stops`, stops."""
+    """The limits of a sample, and whether a slip is safe in each draw.
+
+    With `stops`, also whether slip stops in each draw.
+    """
     limits = list[float]()
     safe = list[bool]()
     stopped = list[bool]()

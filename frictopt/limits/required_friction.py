@@ -159,7 +159,7 @@ _UNDECIDED = (
 # Constants of the search for the least friction.
 
 _SMALLEST = 1e-6  # the smallest friction that linear programs distinguish from 0
-# Relative distance of the two frictions of a proof from the root: the first one that is tried, and
+# Relative distances from the root at which the two frictions of a proof are tried: the first, and
 # the largest. Nodes with little pressure need a larger distance, because the margin depends little
 # on them.
 _PROOF = 100 * RESIDUAL
@@ -286,7 +286,7 @@ def required_friction(
     gap: float | None = None,
     progress: bool = True,
 ) -> RequiredFriction:
-    """Least friction of all nodes with a safe slip; whether slip stops may depend on the start.
+    """Least uniform friction with a safe slip; whether slip stops may depend on the start.
 
     With this friction or more, the load factor is at most the shakedown limit. Between the
     guaranteed limit and the shakedown limit, slip stops from some starts and goes on from others;
@@ -299,7 +299,7 @@ def required_friction(
     friction is enough.
 
     A larger load may need less friction, if the mean load is not safe and the cyclic loads press
-    the contact. The load factors that are safe with one friction are an interval, see
+    the contact. The load factors that are safe with one friction form an interval, see
     `ShakedownLimit.least`.
 
     If nodes stay open, the search of `shakedown_limit` finds a set of open nodes, and the result is
@@ -459,7 +459,7 @@ def _root_of_margin(
 def _proven_from_both_sides(
     safe_slips: SafeByFriction, root: float, open_nodes: Booleans | None
 ) -> RequiredFriction:
-    """The answer, proven: some slip is safe just above the root, and no slip is just below it.
+    """The answer, proven: a slip is safe just above the root, and no slip is safe just below it.
 
     Just below, no slip is safe with the open nodes of the answer, or with the open nodes that a
     search finds there. If a proof fails, a larger distance from the root is tried.
@@ -586,7 +586,7 @@ def _none_needed(safe_slips: SafeByFriction) -> RequiredFriction:
 
 
 def _slips_at_any(safe_slips: SafeByFriction) -> RequiredFriction:
-    """The answer inf, if some node closes under another shear load than it opens."""
+    """The answer inf, if some node closes and opens under different shear loads."""
     safe = safe_slips.at(TRIED[0])
     reason = NONE_STOPS_IT.format(why=safe.reason)
     return _infinite(safe_slips, safe._question, safe.record, safe._mechanism, reason)

@@ -1,11 +1,11 @@
 """Load factors at which an uncoupled contact has a state of rest, if they scale normal loads, too.
 
 If slip changes no pressure (B = 0), loads alone open and close nodes. The axis of the load factor
-falls into pieces, each with one order of openings and closings (`normal_path.py`). The *rim* are
-the nodes that are open at some time. In a piece, the equations of the rim and an ordinary question
-give one interval with states of rest, or none. The loads of this question are affine in the load
-factor (theory, "Normal loads that are scaled, too"). `rests` joins the intervals; the end of the
-first one is the shakedown limit.
+falls into pieces, each with one order of openings and closings (`normal_path.py`). The *rim*
+consists of the nodes that are open at some time. In a piece, the equations of the rim and an
+ordinary question give one interval with states of rest, or none. The loads of this question are
+affine in the load factor (theory, "Normal loads that are scaled, too"). `rests` joins the
+intervals; the end of the first one is the shakedown limit.
 
 In an ordinary question the same nodes are open at all corners. Its limit is the limit of contact
 areas that move, and its answer is completed for all instants:
@@ -14,7 +14,7 @@ areas that move, and its answer is completed for all instants:
   rim, which follows from its equations, adds to their loads.
 - The shear forces of the rim are linear in the load factor alone. The nodes of the rim have no
   stiffness here, so their slip changes nothing.
-- If the equations of the rim have no solution, the forces that they leave act on nodes without
+- If the equations of the rim have no solution, the forces that they leave over act on nodes without
   pressure. So the limit is 0, or only one load factor is safe, or no load factor is safe.
 
 A state of rest exists at a load factor if and only if the ordinary question has a safe slip there.
@@ -141,10 +141,10 @@ def _rows(areas: MovingAreas) -> np.ndarray:
 
 
 def _decisive(areas: MovingAreas, shear: Array, rows: Array, node: int) -> Integers:
-    """The instants, among those at which a node has a row, at which it can govern.
+    """The instants at which a node can govern, among those at which it has a row.
 
-    It cannot govern at an instant with at least the pressure of other instants, and with a mean of
-    their shear forces.
+    It cannot govern at an instant at which its shear force is a mean of its shear forces at other
+    instants, and its pressure is not below theirs.
     """
     instants = np.flatnonzero(rows)
     if not len(instants):
@@ -350,7 +350,7 @@ def _rest_in(
 
 
 def _ordinary(question: Question, areas: MovingAreas) -> Question:
-    """The ordinary question of a piece. If no node comes or goes, some nodes stay open."""
+    """The ordinary question of a piece; if no node opens or closes, its open nodes stay open."""
     if not areas.at_instant.touching.any():
         opened = with_open(question, areas.open_nodes)
         if opened is not None:
@@ -359,7 +359,7 @@ def _ordinary(question: Question, areas: MovingAreas) -> Question:
 
 
 def _rim_may_rest(areas: MovingAreas) -> bool:
-    """Whether the forces that the equations of the rim leave are zero somewhere in the piece."""
+    """Whether the forces that the rim's equations leave over are zero somewhere in the piece."""
     constant, rate = areas.unsolved
     if not rate.any():
         return not constant.any()
@@ -405,7 +405,7 @@ def up_to_last_rest(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
 
 
 def _extended(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
-    """A finite limit, or the limit at the end of the states of rest that go on above it."""
+    """A finite limit itself, or the end of the states of rest that go on above it."""
     end = limit.load_factor
     pressures = (question.r0 + end * question.r1)[:, -1]
     if pressures.min() > RESIDUAL * question.force:

@@ -133,7 +133,7 @@ class Rays:
         return end
 
     def _limit(self, cycle: LoadCycle) -> ShakedownLimit:
-        """The limit with the open nodes that all rays share or, before these are known, the best.
+        """The limit with the open nodes of all rays or, before these are known, with the best set.
 
         Nodes that open and close have other mechanisms, whose lines do not bound a region.
         """

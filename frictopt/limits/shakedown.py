@@ -106,17 +106,16 @@ def shakedown_limit(
     only loads open and close nodes. Then the limit holds for all openings and closings (theory,
     "Contact areas that move"). If the load factor scales normal loads, too, the contact may shake
     down again above the limit, see `ShakedownLimit.intervals`. Ctrl-C in a search raises
-    KeyboardInterrupt with an attribute
-    `limit`, the best limit so far. Theory, eq. (7); Flicek et al. 2015, section 4; Bjorkman &
-    Klarbring 1987.
+    KeyboardInterrupt with an attribute `limit`, the best limit so far. Theory, eq. (7); Flicek et
+    al. 2015, section 4; Bjorkman & Klarbring 1987.
 
     Parameters
     ----------
     system, cycle
         The contact and its load cycle. With a `gap` also a `ContactProducts`, closed at all nodes.
     friction
-        Coefficient of friction, one, one per node, or one per contact: a mapping or a series of
-        pandas by the names of the contacts.
+        Coefficient of friction: one for all nodes, one per node, or one per contact, as a mapping
+        or a series of pandas by the names of the contacts.
     open_nodes
         (N,) bool, the nodes that stay open; all other nodes stay closed. None: search them. All
         False: the limit with all nodes closed.
@@ -130,15 +129,14 @@ def shakedown_limit(
         all sets as far as this number allows. None: 2000 if the contact has at most 14 nodes, in
         space 8, and if corners times nodes times axes are at most 240; all sets are then compared,
         too. Otherwise 60, and only sets near the nodes that the settled mean load opens are
-        compared.
-        `ShakedownLimit.bound_of_sets` is the upper bound that is proven for all sets.
+        compared. `ShakedownLimit.bound_of_sets` is the upper bound that is proven for all sets.
     slip_bound, simplify, solver
         See `ShakedownModel`.
     gap
         Relative distance that two proven numbers may have, above 0 and below 1, such as 0.01; None:
         the limit itself, proven to 1e-9. With a gap, `ShakedownLimit.load_factor` is proven from
         below and `ShakedownLimit.bound` from above, by a first-order method that needs only
-        products: in space it takes a fraction of the time from some hundred nodes on (theory, "A
+        products: in space, from some hundred nodes on, it takes a fraction of the time (theory, "A
         limit between two proven numbers"). The nodes that stay open are `open_nodes` or, if these
         are None, the nodes that the mean load opens. No others are searched, so `programs` is
         refused, like `events`, `slip_bound` and `solver`. A closed node without friction is
@@ -265,8 +263,8 @@ def limit_of_set(
     """The limit with given open nodes, at most `largest`.
 
     `NotAbove` if multipliers prove that it is at most `above`. Without `proven`, as for the many
-    sets of a search, a solver's word is enough that no load factor is safe, and plain cvxpy is not
-    tried.
+    sets of a search, a solver need not prove its report that no load factor is safe, and plain
+    cvxpy is not tried.
     """
     program = assembled.shakedown(question)
     if np.isfinite(largest):
@@ -519,7 +517,7 @@ def checked_limit(question: Question, solution: Solution) -> ShakedownLimit:
 
 
 def without_limit(program: RestProgram) -> ShakedownLimit | None:
-    """The answer that no load factor is safe, or that all above some value are safe, proven.
+    """The proven answer that no load factor is safe, or that all above some value are safe.
 
     The result is None without a proof. ModelError if an objective of the user grows without end.
     """
@@ -646,15 +644,15 @@ class ShakedownLimit(ShakedownAnswer):
     bound
         Upper bound of the limit for this set of open nodes only. It follows from the mechanism, and
         with user constraints also from their multipliers. It equals `load_factor` up to `residual`,
-        or up to `gap` if this is given.
-        Inf if all load factors above some value are safe. It is also inf if nodes open or close
-        while fixed and scaled loads both vary: the program is then not convex, and proves no bound.
+        or up to `gap` if this is given. It is inf if all load factors above some value are safe. It
+        is also inf if nodes open or close while fixed and scaled loads both vary: the program is
+        then not convex, and proves no bound.
     record
         Solver, attempts and time. If no answer of the arrays passes the checks, plain cvxpy solves
         `problem`, and the solver is "cvxpy: CLARABEL". The `residual`, at most 1e-9, is the larger
-        of the violation of the contact law by `slip` at the corners and the relative distance of
-        `bound`. If `least` is above 0, its two errors count, too. Without a finite limit it is
-        the error of the proof.
+        of two errors: the violation of the contact law by `slip` at the corners, and the relative
+        distance of `bound`. If `least` is above 0, its two errors count, too. Without a finite
+        limit it is the error of the proof.
     constraints
         Names of user constraints, and "objective" if you passed an objective. They are part of the
         program; slip, residual and bound take them into account.

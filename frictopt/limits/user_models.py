@@ -50,7 +50,7 @@ class SafeModel:
     no slip. A copy is a new model with new unknowns.
     """
 
-    # Name of the public question, which may know laws other than Coulomb's.
+    # Name of the public question: some questions know laws other than Coulomb's.
     _public_question = "this question"
 
     _made: Any

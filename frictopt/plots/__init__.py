@@ -1,4 +1,4 @@
-"""Ways to draw values at nodes and meshes of bodies. Nothing here knows a class of results.
+"""Functions that draw values at nodes, and meshes of bodies. None of them knows a class of results.
 
 - `along.py`: lines, bands and circles over the nodes of contacts in the plane.
 - `face.py`: maps of faces in space, with arrows of slips.

@@ -36,7 +36,7 @@ def draw_mesh(
 
 
 def corners(mesh: Mesh, facets: Integers | None = None) -> Array:
-    """(n, corners, 3) places of the corners of facets of a mesh in space; None: of its surface."""
+    """(n, corners, 3) corners of facets of a mesh in space; None: all facets of its surface."""
     facets = mesh.boundary_facets() if facets is None else facets
     return np.asarray(mesh.p[:, mesh.facets[:, facets]].transpose(2, 1, 0))
 
@@ -44,7 +44,7 @@ def corners(mesh: Mesh, facets: Integers | None = None) -> Array:
 def draw_bodies(
     axes: AnyAxes, meshes: Mapping[str, Mesh], colors: Sequence[str], face: float, edge: float
 ) -> None:
-    """Bodies in their colours: their meshes, in space their surfaces.
+    """Draw bodies in their colours: meshes in the plane, surfaces in space.
 
     `face` and `edge` are the opacities of the faces and of their sides in space.
     """
@@ -68,7 +68,7 @@ def draw_bodies(
 
 
 def axes_of(meshes: Sequence[Mesh], ax: AnyAxes, panels: int = 1) -> tuple[list[Any], Array]:
-    """Axes for bodies, and the (2, d) least and largest of their coordinates."""
+    """Axes for bodies, and the least and the largest of their coordinates, (2, d)."""
     points = np.concatenate([mesh.p for mesh in meshes], axis=1)
     in_space = len(points) == 3
     columns = ceil(panels**0.5)
@@ -93,9 +93,9 @@ def legend_of_bodies(axes: AnyAxes, ax: AnyAxes) -> None:
 
 
 def finish_axes(axes: AnyAxes, ends: Array, room: float) -> None:
-    """Names and limits of the axes, in space with room around what is drawn.
+    """Set names and limits of the axes, in space with room around the drawing.
 
-    `ends` (2, d) are the least and the largest of the coordinates of bodies.
+    `ends` (2, d) are the least and the largest coordinates of the bodies.
     """
     axes.set(xlabel="$x$ (length)", ylabel="$y$ (length)")
     if ends.shape[1] == 2:

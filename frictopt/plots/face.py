@@ -16,9 +16,9 @@ from .style import BLACK, GREY, SERIES, AnyAxes, Look, arrows, as_is, named, rin
 class Face(NamedTuple):
     """A map of a contact, or, without a name, of all contacts in one plane.
 
-    `nodes` (n,) are the numbers of its nodes, `places` (n, 2) their places on the map, in space
-    (n, 3), `labels` names the axes of the map, `turn` (n, 2 or 3, 2) takes slips to directions on
-    the map, and `share` (n,) is the share of each node in the area of the face.
+    `nodes` (n,) are the numbers of its nodes, and `places` their places on the map, (n, 2) or in
+    space (n, 3). `labels` names the axes of the map. `turn` (n, 2 or 3, 2) turns slips into
+    directions on the map. `share` (n,) is the share of each node in the area of the face.
     """
 
     contact: str
@@ -125,7 +125,7 @@ def _draw_slips(axes: AnyAxes, face: Face, slip: Array, name: str, to_and_fro: b
 
 
 def _label_axes(axes: AnyAxes, face: Face) -> float:
-    """Label the axes of a map and make room for all nodes; returns its height over its width."""
+    """Label the axes of a map, make room for all nodes, and return height divided by width."""
     ends = np.array([face.places.min(axis=0), face.places.max(axis=0)])
     if ends.shape[1] == 3:
         finish_axes(axes, ends, 0.1 * float(np.ptp(ends)))

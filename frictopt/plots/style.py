@@ -28,8 +28,8 @@ ALONG = (6.4, 3.6)  # size of a picture along the contact, inches
 BLACK, GREY = "#000000", "#767676"
 POINTS: Look = {"marker": ".", "markersize": 3}  # of the nodes on a line
 
-# Okabe and Ito's colours, told apart with impaired colour vision; line and marker tell the series
-# apart in grey as well.
+# The colours of Okabe and Ito can be distinguished with impaired colour vision. In grey, lines and
+# markers distinguish the series.
 _COLOURS = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", BLACK, GREY
 BLUE = _COLOURS[0]
 FILL: Look = {"color": BLUE, "alpha": 0.2, "lw": 0}  # of a range
@@ -42,7 +42,7 @@ SERIES: tuple[Look, ...] = tuple(
 RC: Look = dict(
     rc_params_from_file(Path(__file__).with_name("page.mplstyle"), use_default_template=False)
 )
-"""The look on a journal page; in pictures of your own `plt.style.use("frictopt.plots.page")`."""
+"""The look on a journal page; for your own pictures, `plt.style.use("frictopt.plots.page")`."""
 
 _STRESS = {
     ("N", "mm"): "MPa",
@@ -73,7 +73,8 @@ def screen() -> Any:
         for name, value in RC.items()
         if isinstance(value, float) and not name.startswith("savefig")
     }
-    # So that a picture file is sharp in a report, also without an option of `savefig`.
+    # With this resolution, a picture file is sharp in a report, also without an option of
+    # `savefig`.
     resolution: Look = {"figure.dpi": 150, "savefig.dpi": "figure"}
     return plt.rc_context({**RC, **sizes, **resolution})
 
@@ -111,7 +112,7 @@ def new_axes(
     Raises
     ------
     ModelError
-        Not that many axes.
+        `ax` is another number of axes.
     """
     if ax is None:
         figure = plt.figure(figsize=size, layout="constrained")
@@ -192,7 +193,7 @@ def legend(axes: Axes, title: str | None = None) -> None:
 
 
 def as_is(name: object) -> str:
-    """A name that the user gave, as a text for a picture in which no sign acts as markup."""
+    """A name that the user gave, as a text in which no sign acts as markup in pictures."""
     text = str(name).replace("$", r"\$")
     # matplotlib leaves labels that begin with an underscore out of legends.
     return rf"$\_${text[1:]}" if text.startswith("_") else text

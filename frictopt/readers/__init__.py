@@ -24,8 +24,8 @@ Decks, from the text to the `Deck`:
 - `deck.py`: the `Deck`, and the types of elements.
 
 To add a keyword, see `keywords.py`. A new reader of matrices is one function that returns a
-`MatrixJob`. A new format of meshes is one function that returns a `Deck`, which `read_mesh` calls
-by the ending of the file. In both cases `deck_of_points` of `listing.py` makes the `Deck` of nodes,
+`MatrixJob`. A new format of meshes is one function that returns a `Deck`; `read_mesh` calls it by
+the ending of the file. In both cases `deck_of_points` of `listing.py` makes the `Deck` of nodes,
 elements and sets. Then name a new reader in `__init__.pyi`, in `docs/api/models.md` and in
 `called.py` of the tests. Contacts, loads and steps of decks are read in `joint_files/`.
 """

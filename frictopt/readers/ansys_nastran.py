@@ -22,8 +22,8 @@ from .job import MatrixJob
 from .listing import deck_of_points
 
 _ANSYS = "ansys-mapdl-reader"
-# Elements that are read, by the number of their type in Ansys: their numbers of different nodes.
-# Wedges, pyramids and tetrahedra of Ansys are bricks with nodes that coincide.
+# Types of elements that are read, by their numbers in Ansys: how many different nodes an element of
+# this type may have. Wedges, pyramids and tetrahedra of Ansys are bricks with nodes that coincide.
 ANSYS_SOLIDS = {
     45: (8, 6, 5, 4),
     185: (8, 6, 5, 4),
@@ -33,7 +33,7 @@ ANSYS_SOLIDS = {
     95: (20, 15),
     186: (20, 15),
 }
-# Commands of Ansys that change nodes or elements after their blocks, by their first four letters.
+# First four letters of commands of Ansys that change nodes or elements after their blocks.
 _CHANGES = (
     *("NROT", "NMOD", "NSCA", "NGEN", "NSYM", "NDEL", "NUMM", "NUMC"),
     *("EMOD", "EGEN", "ESYM", "EDEL"),
@@ -169,7 +169,7 @@ def _archive(reader: Any, file: Path, held: Integers) -> Deck:
 
 
 def _solids(elements: list[Any], kinds: dict[int, int]) -> dict[str, list[list[int]]]:
-    """Type of elements -> number and nodes of each; `kinds` maps references to types in Ansys."""
+    """Type -> number and nodes of each element; `kinds` maps references to types of Ansys."""
     solids: dict[str, list[list[int]]] = defaultdict(list)
     for element in elements:
         # Entry 1 is the type of the element, entry 8 its number, and nodes start at entry 10.
@@ -193,7 +193,7 @@ def read_nastran(
 
     `EXTSEOUT(DMIGPCH)` or `PARAM,EXTOUT,DMIGPCH` with an ASET of the displacements of the contact
     and of the loads writes KAAX as DMIG. DMIG names the grid points of its rows. OUTPUT4 (`.op4`,
-    text or binary) does not name them: pass `labels`. They are not needed for the stiffness of all
+    text or binary) does not name them: pass `labels`. No labels are needed for the stiffness of all
     grid points of the deck (KGG), which has six rows per grid point, in the order of their numbers.
     Rotations and scalar points are generalised coordinates. If the matrix lacks a displacement, the
     reader does not know whether it is held, see `MatrixJob.unknowns`. The extra `nastran` of the
@@ -252,7 +252,7 @@ def _dmig(bulk: Any, file: Path, name: str | None) -> tuple[csr_matrix, Integers
             "EXTSEOUT(DMIGPCH) or PARAM,EXTOUT,DMIGPCH, or give an OUTPUT4 file, NAME.op4"
         )
     # pyyeti by itself loses lines that follow a comment, and large fields with commas. It needs the
-    # cards of a matrix together, and its header first: the card with 0 in place of a grid point.
+    # cards of a matrix together. First comes the header, the card with 0 in place of a grid point.
     found.sort(key=lambda card: (card.field(1).upper(), card.field(2) != "0"))
     headers = [card.field(1).upper() for card in found if card.field(2) == "0"]
     repeated = next((header for header in headers if headers.count(header) > 1), None)

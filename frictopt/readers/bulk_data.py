@@ -17,7 +17,7 @@ _INCLUDE = re.compile(r"\s*include\s+(.*)", re.IGNORECASE)
 
 @dataclass(frozen=True)
 class Card:
-    """A card: its name in capital letters, and its fields; the last one is not blank."""
+    """A card: its name in capital letters, and its fields, of which the last is not blank."""
 
     name: str
     fields: list[str]
@@ -171,7 +171,7 @@ def free_fields(bulk: list[Card]) -> str:
 
 
 class _Kind(NamedTuple):
-    """Elements of a card: numbers of their corners and of all nodes, and their types.
+    """Elements of a card: how many corners and how many nodes they have, and their types.
 
     The elements are linear if they have only their corners, and quadratic if they have all nodes.
     """
@@ -206,7 +206,7 @@ def bulk_deck(file: Path, *, mesh_alone: bool = False) -> Deck:
 
     With `mesh_alone` the deck also has plane elements and lines, and an element set for each
     property, named by its number. Directions of displacements then have no effect, and solids
-    with some of their midside nodes are refused.
+    with only some of their midside nodes are refused.
     """
     kinds = SOLIDS | OTHERS if mesh_alone else SOLIDS
     found = cards(file, "deck", ("GRID", "GRDSET", *kinds, *(UNREAD if mesh_alone else ())))
@@ -298,7 +298,7 @@ def _values(card: Card, count: int, file: Path) -> list[float]:
 
 
 def _check_same(first: list[Any], again: list[Any], card: Card, file: Path) -> None:
-    """Check that a card that repeats a number is the same both times; this is allowed."""
+    """Check that two cards with one number are the same; a card may be repeated."""
     if first != again:
         raise ModelError(
             f"deck {file.name}: two cards {card} differ; give the bulk data of one job"
@@ -308,7 +308,7 @@ def _check_same(first: list[Any], again: list[Any], card: Card, file: Path) -> N
 def _check_systems(
     grids: list[Card], defaults: list[Card], systems: tuple[int, ...], file: Path
 ) -> None:
-    """Check that systems of all grid points, given by their fields, are the basic system.
+    """Check that the fields `systems` of all grid points name the basic system.
 
     GRDSET gives the systems that a GRID leaves blank.
     """

@@ -22,7 +22,8 @@ from .keywords import FLAT, read_deck
 
 # CalculiX reads this many characters of a number in a deck.
 _WIDTH = 20
-# CalculiX replaces axisymmetric elements by a sector of 2 degrees: so many make up a circumference.
+# CalculiX replaces axisymmetric elements by a sector of 2 degrees. This number of sectors makes up
+# the circumference.
 _SECTORS = 180.0
 
 
@@ -56,7 +57,7 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
         not symmetric. Plane elements have displacements along z in CalculiX (plane stress), or
         several thicknesses. The deck has a `*RIGID BODY` or a kinematic `*COUPLING`, which
         `read_joint` reads. A `*STEP, PERTURBATION` has a contact, whose springs are in the matrix.
-        A number of the deck has more than 20 characters, of which CalculiX reads only a part.
+        A number of the deck has more than 20 characters, and CalculiX reads only the first 20.
 
     Examples
     --------
@@ -143,7 +144,7 @@ def _check_deck(path: Path) -> None:
 
 
 def _is_cut(entry: str) -> bool:
-    """Whether an entry is a number, but another number if only its first characters are read."""
+    """Whether an entry is a number that changes if only its first characters are read."""
     try:
         value = number(entry)
     except ValueError:
@@ -182,9 +183,9 @@ def with_generalised(labels: Integers, deck: Deck) -> Integers:
 
 
 def _nodes_of_slender_elements(deck: Deck, made_nodes: Integers) -> Integers:
-    """Numbers of nodes that only beams and shells have, and of those that CalculiX makes of them.
+    """Numbers of nodes that only beams and shells have, and of nodes that CalculiX makes for them.
 
-    CalculiX turns beams and shells into solids. So one number of a node can have several rows.
+    CalculiX turns beams and shells into solids. So one node number can have several rows.
     """
     slender = [block.nodes.ravel() for block in deck.elements if block.kind.startswith(SLENDER)]
     if not slender:

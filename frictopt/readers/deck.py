@@ -75,7 +75,7 @@ def node_count(kind: str) -> int | None:
 
 # Faces of a surface, as pairs: numbers of elements, and the number of their face (1 for S1).
 Faces: TypeAlias = tuple[tuple[Integers, int], ...]
-# A number in place of that of a face: all faces of the element on the outline of the mesh.
+# In place of the number of a face: all faces of the element that lie on the outline of the mesh.
 FREE = 0
 
 
@@ -281,7 +281,7 @@ class Deck(Shown):
             )
 
     def by_shape(self) -> list[Elements]:
-        """All elements with faces, shape by shape: its name in meshio, numbers and nodes.
+        """All elements with faces, shape by shape: the shape's name in meshio, numbers and nodes.
 
         If there are solids, plane elements only serve to name faces, and are left out.
 

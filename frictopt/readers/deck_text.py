@@ -1,9 +1,9 @@
 """The text of decks of CalculiX and Abaqus: their blocks, and the entries of a line.
 
 Decks of Abaqus/CAE have parts, and their instances in an assembly. `flat` makes one flat deck of
-them. Each instance gets the nodes and elements of its part, moved, under numbers of its own. A set
-or surface S of the part becomes the set I.S of an instance I. The elements of an instance I form
-the element set I.
+them. Each instance gets moved copies of the nodes and elements of its part, with numbers of its
+own. A set or surface S of the part becomes the set I.S of an instance I. The elements of an
+instance I form the element set I.
 """
 
 import re
@@ -18,7 +18,8 @@ from scipy.spatial.transform import Rotation
 from ..base import Array
 from ..errors import ModelError
 
-# Most files that a deck may include. Twelve files that include each other could make 12^8 of them.
+# Largest number of includes in all files of a deck. The limit of their depth is not enough: files
+# that include each other several times would be read for ever.
 _MOST_FILES = 1_000
 
 
@@ -110,8 +111,8 @@ def _lines(
     """The lines of a deck that are not comments, each with its file and line number.
 
     The lines of an included file take the place of its *INCLUDE, and may continue the block above.
-    Its name is relative to the folder of the whole deck, as in CalculiX, or to the file that
-    includes.
+    The name of the file is relative to the folder of the whole deck, as in CalculiX, or to the
+    folder of the file with the *INCLUDE.
     """
     check_includes(path, "deck", included_files, depth)
     stripped = enumerate(map(str.strip, text_of(path, "deck").splitlines()), start=1)
@@ -177,7 +178,7 @@ def text_of(path: Path, what: str) -> str:
         ) from error
 
 
-# Parameters of keywords that name a set or a surface.
+# Keyword -> its parameters that name a set or a surface.
 _NAMES = {
     "NODE": ("NSET",),
     "ELEMENT": ("ELSET",),
@@ -273,9 +274,9 @@ def flat(blocks: Iterable[Block]) -> Iterator[Block]:
 
 
 def _sections(blocks: Iterable[Block], keyword: str) -> Iterator[tuple[Block | None, list[Block]]]:
-    """The sections from a keyword to its *END: the first block, and those that follow it.
+    """The sections from a keyword to its *END: of each, the first block and all further blocks.
 
-    A block outside of all sections comes by itself, after None.
+    A block outside of all sections is a section of its own, with None as its first block.
     """
     head: Block | None = None
     inside: list[Block] = []
@@ -344,7 +345,7 @@ def _instance(head: Block, blocks: list[Block], offset: int) -> _Instance:
 
 
 def _of_assembly(block: Block, instances: dict[str, _Instance]) -> Block:
-    """A block of the assembly, with the numbers of the instance that it or an entry names."""
+    """A block of the assembly, with numbers of the instances that the block or its entries name."""
     if block.keyword in ("NSET", "ELSET") and "INSTANCE" in block.parameters:
         instance = instances.get(block.parameters["INSTANCE"])
         if instance is None:

@@ -1,6 +1,6 @@
 """Elements and named groups of mesh files, as meshio reads them.
 
-Of the physical groups of gmsh, meshio keeps only a part; so this file reads them itself.
+meshio keeps only a part of the physical groups of gmsh, so this file reads them itself.
 """
 
 import re
@@ -36,7 +36,7 @@ _SAVED = (
     "in gmsh set Mesh.SaveAll = 0, and put each body and each named face into a physical group; "
     "set Mesh.SaveParametric = 0"
 )
-# Ends of the names of files that are not read -> how to get a file that is.
+# Ends of the names of files that are not read -> how to get a file that is read.
 _WAYS = {
     ".unv": "open it in gmsh and save it as .msh",
     ".mail": "in code_aster, read it with LIRE_MAILLAGE(FORMAT='ASTER') and write it with "
@@ -46,7 +46,7 @@ _WAYS = {
     "all.msh, which is a deck, to all.inp",
 }
 _ANY_WAY = "convert it to .inp, .msh, .med, .bdf or .vtu; gmsh opens some files, and saves .msh"
-# Ends of the names of cell data that contain numbers of groups.
+# Cell data contain numbers of groups if their names end with one of these words.
 _NUMBERS_OF_GROUPS = ("physical", "ref", "tag", "material", "index")
 
 # Ends of the names of Exodus files, and elements that are mixed up there. Exodus lists the middle
@@ -72,7 +72,7 @@ def deck_of_file(file: Path) -> Deck:
     if is_gmsh:
         remedy = _SAVED
         check_version(file)
-    # meshio tries several formats, and prints why each format before the right one does not fit.
+    # meshio tries one format after the other, and prints why the wrong ones do not fit.
     with redirect_stdout(StringIO()):
         contents = by_library("meshio", meshio.read, file, "mesh", remedy)
 
@@ -204,7 +204,7 @@ def groups_of_gmsh(file: Path, contents: Any, starts: list[int]) -> Groups:
 
 
 def _names(raw: bytes) -> dict[_Key, str]:
-    """Names of groups; gmsh fills the names of a file of Salome with blanks."""
+    """Names of groups, without the blanks that gmsh appends to names from Salome."""
     section = raw.partition(b"$PhysicalNames")[2].partition(b"$EndPhysicalNames")[0]
     return {
         (int(dim), int(number)): name.decode(errors="replace").rstrip()
@@ -213,7 +213,7 @@ def _names(raw: bytes) -> dict[_Key, str]:
 
 
 def _members(numbers: Integers) -> dict[int, Integers]:
-    """Number of each group, above 0 -> the elements of a block in it."""
+    """Number of each group, above 0 -> those elements of a block that are in the group."""
     return {
         number: np.flatnonzero(numbers == number)
         for number in np.unique(numbers[numbers > 0]).tolist()

@@ -141,7 +141,7 @@ class MatrixJob(LabelledMatrix):
         return self, identity(len(self.labels), format="csr")
 
     def pairs(self, first: str | ArrayLike, second: str | ArrayLike) -> Integers:
-        """(N, 2) pairs of corner nodes on two faces; each node is paired with the nearest one.
+        """(N, 2) pairs of corner nodes on two faces: each node with the nearest on the other face.
 
         In a plane job the pairs are in the order of the face, with body 1 on the left.
 
@@ -155,7 +155,7 @@ class MatrixJob(LabelledMatrix):
         ModelError
             The faces have different numbers of nodes, or common nodes; a node is nearest to two
             other nodes; midside nodes do not follow their corners; quadratic elements have a type
-            that `Deck.shaped` does not accept. See also `nodes`.
+            that `Deck.by_shape` does not accept. See also `nodes`.
         """
         one = self._corners(first)
         two = self._corners(second)
@@ -207,7 +207,7 @@ class MatrixJob(LabelledMatrix):
         return frozen(-unit_vectors(inward))
 
     def areas(self, face: str | ArrayLike) -> Array:
-        """(N,) area of each corner node on a face, in the plane length, for `width` of `condense`.
+        """(N,) area (in the plane, length) of each corner node on a face, for `condense(width=)`.
 
         It is the node's part of the area of the facets through the corner nodes, because contact
         faces are linear between corner nodes.
@@ -370,8 +370,8 @@ class MatrixJob(LabelledMatrix):
     def _integrals(self, nodes: Integers) -> Array:
         """(nodes, d + 1) integrals of each node's shape function over the outline between nodes.
 
-        The first d integrals are of the function times the outward normal, the last one is of the
-        function alone.
+        The first d are integrals of the function times the outward normal; the last is the integral
+        of the function alone.
         """
         facets = self._between(nodes)
         mesh, origin = self._whole

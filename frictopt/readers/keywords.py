@@ -222,8 +222,8 @@ _CHANGES = (
 def ways_out(names_of: Mapping[str, str]) -> dict[str, str]:
     """Name of a refused block -> what to do instead.
 
-    Names are `KEYWORD`, `KEYWORD,PARAMETER` or `KEYWORD,PARAMETER=VALUE`. The argument has the
-    names of all blocks with the same remedy in one text.
+    Names are `KEYWORD`, `KEYWORD,PARAMETER` or `KEYWORD,PARAMETER=VALUE`. `names_of` maps each
+    remedy to one text with the names of all blocks that need it.
     """
     return {name: way for way, names in names_of.items() for name in names.split()}
 

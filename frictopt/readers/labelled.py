@@ -1,4 +1,4 @@
-"""A stiffness matrix of another code with labels and deck."""
+"""A stiffness matrix of another code, with its labels and its deck."""
 
 from __future__ import annotations
 
@@ -113,8 +113,8 @@ class LabelledMatrix(Shown):
         """(nodes, d) row of K of each displacement of each node.
 
         It is -1 if `*BOUNDARY` holds the displacement, and -2 if K does not have it because it
-        follows other displacements. If the deck does not list held displacements, all that are not
-        in K are -2: such a node cannot be in a contact until you set -1.
+        follows other displacements. If the deck does not list held displacements, all displacements
+        that are not in K are -2. Their nodes cannot be in a contact until you set -1.
 
         Raises
         ------
@@ -155,7 +155,7 @@ class LabelledMatrix(Shown):
 
     @cached_property
     def _whole(self) -> tuple[Mesh, csr_matrix]:
-        """The mesh with midside nodes, and the matrix that makes its nodes means of deck nodes."""
+        """The mesh with midside nodes, and the matrix that gives them as means of deck nodes."""
         return with_midsides(self.mesh, self._shaped)
 
     def nodes(self, where: str | ArrayLike) -> Integers:

@@ -134,7 +134,7 @@ class DeckListing:
         self.nodes: dict[int, list[float]] = {}
         # number of an element -> numbers of its nodes
         self.elements: dict[int, list[int]] = {}
-        # type of some elements; number and nodes of each, all of one length
+        # type of some elements, and a list for each (all of one length): its number and nodes
         self.elements_by_type: list[tuple[str, list[list[int]]]] = []
         self.node_sets = Sets(self.nodes)
         self.element_sets = Sets(self.elements)
@@ -263,7 +263,7 @@ def constraints_of(
 ) -> tuple[Booleans, tuple[str, ...]]:
     """(nodes, 6) whether each displacement and rotation is held, and keywords of other constraints.
 
-    Of a block that cannot be read, only the keyword is kept: the loads may not depend on the block.
+    If a block cannot be read, only its keyword is kept, because the loads may not depend on it.
     """
     held = np.zeros((len(row_of_node), 6), dtype=bool)
     others: dict[str, None] = {}
@@ -282,7 +282,7 @@ def constraints_of(
 
 
 def _axes(directions: Sequence[str]) -> list[int]:
-    """Axes of a word, or of a range of directions; those beyond 6 are temperatures, left out."""
+    """Axes of a word, or of a range of directions, without temperatures (directions beyond 6)."""
     first = directions[0]
     if not first.isdecimal():
         return HELD_BY_NAME[first.upper()]

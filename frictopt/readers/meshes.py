@@ -29,10 +29,10 @@ def read_mesh(path: str | Path) -> Mesh:
     The file is a `.msh` of gmsh, an `.inp` of CalculiX or Abaqus, bulk data of Nastran (`.bdf`,
     `.nas`, `.fem`), or any other file that meshio reads. In gmsh, physical volumes are subdomains
     and physical surfaces are boundaries; in the plane, physical surfaces are subdomains and
-    physical curves are boundaries. A group without a name is named by its number. In a deck,
-    boundaries are named by a node set (the facets of the outline between its nodes), by a surface
-    (its faces), and by a set of elements that are faces (CPS3, CPS4; in the plane lines, T3D2; gmsh
-    writes both). Any other element set is a subdomain. Names of decks are in capital letters.
+    physical curves are boundaries. A group without a name is named by its number. In a deck, three
+    things name a boundary: a node set (the facets of the outline between its nodes), a surface (its
+    faces), and a set of elements that are faces (CPS3, CPS4; in the plane lines, T3D2; gmsh writes
+    both). Any other element set is a subdomain. Names from decks are in capital letters.
     Groups of Salome (`.med`) are read by their names, and properties of Nastran by their numbers.
     Nodes without elements are left out. Elements that are neither solids nor their faces or edges,
     such as shells and rigid lines, are left out with one `ModelWarning`, which counts them and
@@ -47,7 +47,7 @@ def read_mesh(path: str | Path) -> Mesh:
     Returns
     -------
     Mesh
-        MeshTri, MeshQuad, MeshTet or MeshHex of scikit-fem with `boundaries` and `subdomains`; of
+        MeshTri, MeshQuad, MeshTet or MeshHex of scikit-fem with `boundaries` and `subdomains`; for
         quadratic elements MeshTri2, MeshQuad2, MeshTet2 or MeshHex2. If only edges have a node in
         the middle (8-node quadrilaterals, 20-node hexahedra), the nodes in the middle of faces and
         elements are added. Linear wedges, and linear elements of several shapes, become
@@ -135,7 +135,7 @@ def _warn_of_others(mesh: Mesh, deck: Deck, file: Path) -> None:
 
 
 def mesh_of(deck: Deck, directions: int) -> Mesh:
-    """scikit-fem mesh through the corners of the elements of a deck, its nodes in their order."""
+    """scikit-fem mesh through the corners of a deck's elements, with nodes in the deck's order."""
     parts = deck.by_shape()
     shape = parts[0].kind
     if (shape in PLANE_CORNERS) != (directions == 2):

@@ -52,8 +52,8 @@ _PLAIN = {
 def mesh_through_corners(parts: Sequence[Elements], points: Array) -> Mesh:
     """Mesh through the corners of elements of any shapes, its nodes in the order of the points.
 
-    If all have the same number of corners, such as linear and quadratic hexahedra, it is a mesh of
-    that shape.
+    If all elements have one shape apart from midside nodes, such as linear and quadratic hexahedra,
+    it is a mesh of that shape.
     """
     shapes = {corner_shape(part.kind) for part in parts}
     kind = MeshMixedPlane if points.shape[1] == 2 else MeshMixed
@@ -79,9 +79,9 @@ def _at_corners(kind: type[Mesh], shape: str) -> Integers:
 
 
 def with_midsides(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
-    """The quadratic mesh through the corners of a mesh with the elements of a deck.
+    """The quadratic mesh of the elements of a deck, from the mesh through their corners.
 
-    If all elements are linear, it is the mesh itself. A linear element beside quadratic elements
+    If all elements are linear, it is the given mesh. A linear element beside quadratic elements
     gets midside nodes on its straight edges. The second result is the (nodes of the mesh, points of
     the deck) matrix whose rows give each node as a mean of points.
     """
@@ -101,10 +101,11 @@ def with_midsides(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
 
 
 class _Pieces(NamedTuple):
-    """Elements of a mesh, each of which is an element of a part of a deck, or a piece of one.
+    """Elements of a mesh, each of which is an element of a part of a deck, or a piece of it.
 
-    `parent` (n,) are the numbers of the deck's elements in the part. `corners` (n, k) are the
-    corners of each element of the mesh, by their numbers in the parent.
+    `parent` (n,) is the deck's element from which each element of the mesh is made, by its index in
+    the part. `corners` (n, k) are the corners of each element of the mesh, by their numbers in its
+    parent.
     """
 
     part: Elements
@@ -113,7 +114,10 @@ class _Pieces(NamedTuple):
 
 
 def _curved(straight: Mesh, pieces: Sequence[_Pieces], deck: Deck) -> tuple[Mesh, csr_matrix]:
-    """The quadratic mesh of pieces through their corners, and the matrix that makes its nodes."""
+    """The quadratic mesh of pieces with the corners of a linear mesh, and the matrix of its nodes.
+
+    The rows of this matrix give each node as a mean of points of the deck.
+    """
     kind = QUADRATIC[type(straight)]
     mesh = kind(straight.p, straight.t, straight.boundaries, straight.subdomains)
     of_linear = [np.full(len(parent), is_linear(part.kind)) for part, parent, _ in pieces]
@@ -135,7 +139,7 @@ def _curved(straight: Mesh, pieces: Sequence[_Pieces], deck: Deck) -> tuple[Mesh
 
 
 def _check_edges_are_alike(mesh: Mesh, of_linear: Booleans) -> None:
-    """Check that no edge belongs to elements of which some, (elements,), are linear."""
+    """Check that no edge has elements of both orders; `of_linear` (elements,) marks linear ones."""
     ends = mesh.facets if mesh.dim() == 2 else mesh.edges
     nodes = mesh.dofs.element_dofs[mesh.t.shape[0] :]
     # An edge without length has both ends at one corner.
@@ -261,7 +265,7 @@ def _simplices(facets: Integers) -> Integers:
 
 
 def _cut(shape: str, corners: Integers, d: int) -> tuple[Integers, Integers]:
-    """Element (n,) of each simplex, and its corners (n, d + 1), as corners of the element."""
+    """The simplices of cut elements: the element (n,) of each, and its corners (n, d + 1) there."""
     faces = FACE_CORNERS[shape] if d == 3 else (tuple(range(CORNERS[shape])),)
     lowest = corners.argmin(axis=1)
     parents = []

@@ -70,7 +70,7 @@ class CornerMode:
 
     @property
     def traction_ratio(self) -> float:
-        """Signed `q / p` on the interface at the left corner; with the other sign at the right one.
+        """Signed `q / p` on the interface at the left corner; the sign at the right corner differs.
 
         `q` is the force of the block on the punch along +x, `p` the pressure. The ratio is the same
         at every distance. If only the symmetric mode is present (bodies pressed together), the
@@ -174,7 +174,8 @@ def sliding_corner_exponent(f: float) -> float:
 
         sin(pi l) + 2 cot(pi l) (sin^2(pi l / 2) - l^2) = 2 f l (1 + l)
 
-    Solved for f it falls steadily from `3 pi/4 - 1/pi` at l = 0 to `-1/pi` at l = 1.
+    The f that solves this equation falls steadily from `3 pi/4 - 1/pi` at l = 0 to `-1/pi` at l =
+    1.
 
     References
     ----------

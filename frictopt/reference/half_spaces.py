@@ -18,10 +18,10 @@ from .hertz import poisson_ratio
 def half_plane_influence(nodes: int, E_star: float) -> Array:
     """Relative surface displacement of each of N equal cells per force on each cell.
 
-    It is the same for shear and for pressure. A force F per depth on the surface of both
-    half-planes, opposite on the two, moves them apart at the distance y by `-2 F / (pi E_star)
-    log|y|` (line load, Johnson 1985, see `half_plane_contact`), up to a rigid motion of the
-    half-planes. Force is spread evenly over a cell and displacement is the mean over a cell::
+    It is the same for shear and for pressure. Opposite forces F per depth on the surfaces of both
+    half-planes move these apart at the distance y by `-2 F / (pi E_star) log|y|` (line load,
+    Johnson 1985, see `half_plane_contact`), up to a rigid motion of the half-planes. Force is
+    spread evenly over a cell and displacement is the mean over a cell::
 
         G_ij = -2 / (pi E_star) (L(y + h) - 2 L(y) + L(y - h)) / h^2,    y = x_i - x_j,    L(y) =
         y^2 log|y| / 2 - 3 y^2 / 4

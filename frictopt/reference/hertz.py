@@ -49,7 +49,7 @@ class _Round:
 
 
 def _work(a: float, x: float) -> float:
-    """The series `x^3 / 6 (1 + a x / 2 + ...)` of a work of friction, at a share x of the force.
+    """The series `x^3 / 6 (1 + a x / 2 + ...)` of a work of friction, where x is Q / (f P).
 
     The closed form of this series loses digits if x is small.
     """
@@ -64,9 +64,9 @@ class LineContact(_Round):
     """Cylinder on a half-plane, sheared under a constant normal force.
 
     The shear force starts from zero. Materials are similar: shear does not change the pressure (`B
-    = 0`), as for two equal materials. Methods take a shear force Q, the resultant of the tractions
-    q of the half-plane on the cylinder along +x, of magnitude below `f P`: beyond that the cylinder
-    slides.
+    = 0`), as for two equal materials. Methods take a shear force Q: the resultant, along +x, of the
+    tractions q of the half-plane on the cylinder. It must be less than `f P` in size, because the
+    cylinder slides at `f P`.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ class LineContact(_Round):
         Normal force, compression positive, force per depth, positive.
     R
         Radius of the cylinder (of two cylinders: `1 / R = 1 / R1 + 1 / R2`), length, positive and
-        large against the contact.
+        large compared with the contact.
     E_star, f
         Contact modulus, `1 / E* = (1 - nu1^2) / E1 + (1 - nu2^2) / E2`, stress, positive;
         coefficient of friction, dimensionless, positive.
@@ -153,7 +153,7 @@ class LineContact(_Round):
         return unit * _work(1.0, self._share("Q0", Q0))
 
     def worn_depth(self, x: ArrayLike, Q0: float) -> Array:
-        """Depth worn off at x, length, any shape, in the end.
+        """Depth worn off in the end at x, length, any shape.
 
         Shear between `-Q0` and `Q0` wears the cylinder. The stick zone does not wear, and in the
         end it carries the whole force. With `c = a sqrt(1 - |Q0| / (f P))` (Ciavarella 1998, Popov

@@ -41,7 +41,7 @@ def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
     ----------
     C.-H. Menq, J. Bielak and J. H. Griffin (1986), The influence of microslip on vibratory
     response, Journal of Sound and Vibration 107, 279-293: the continuous rod, on a foundation that
-    yields before it slips; the discrete one is a sum.
+    yields before it slips; for the discrete rod, the integral becomes a sum.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
     tau = finite_number("tau", tau, above=0.0)
     if h == 0:
         return 2 * F0**3 / (3 * EA * tau)
-    # Nodes that slip. For a whole n, a node more or less by rounding adds nothing.
+    # Number of nodes that slip. If n is whole, rounding may add or omit a node without work.
     m = floor(F0 / (tau * h))
     sum_of_displacements = h / EA * (F0 * m * (m + 1) / 2 - tau * h * m * (m + 1) * (2 * m + 1) / 6)
     return 4 * tau * h * sum_of_displacements
@@ -69,7 +69,7 @@ def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
 def foundation_rod(nodes: int, EA: float, h: float) -> dict[str, Any]:
     """Rod of equal elements on a foundation, as a contact system.
 
-    Every node carries a length h of the rod, including the loaded one at the left end. Slip does
+    Every node carries a length h of the rod, including the loaded node at the left end. Slip does
     not change the pressure (`B = 0`). Only friction holds the rod, so A allows it to slide as a
     whole. The normal stiffness does not matter as long as the rod is pressed down.
 

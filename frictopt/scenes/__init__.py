@@ -4,7 +4,7 @@ A scene is a frozen dataclass of lengths, numbers of elements and materials. Its
 `ContactModel` with meshes, supports and load cases, and its `condense()` the `ContactSystem`.
 
 `scene.py` is the base of all scenes, with the checks of their fields and graded coordinates.
-`punch.py`, `dovetail.py` and `shrunk.py` have the scenes; a new one is a class beside these, with
+`punch.py`, `dovetail.py` and `shrunk.py` have the scenes. A new scene is a class beside these, with
 `contact_nodes`, `_grids` and `model`.
 """
 

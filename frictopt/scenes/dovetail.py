@@ -16,7 +16,7 @@ from ..fem.model import ContactModel
 from ..fem.supports import Support
 from .scene import Scene, along, away
 
-# Width of the gap between slot and blade, at neck and foot, over their height.
+# Width of the gap between slot and blade, at neck and foot, divided by their height.
 _CLEARANCE = 0.2
 
 
@@ -37,8 +37,8 @@ class Dovetail(Scene):
     elements
         Number of elements along each flank, even (N = 2 elements + 2 node pairs).
     flank_length, neck_half_width, neck_height, foot_height
-        Length of each flank, size of the blade above the flanks, and its height below them; the
-        slot is 1.2 times as deep.
+        Length of each flank, half-width and height of the blade above the flanks, and its height
+        below them. The slot is 1.2 times as deep below them.
     lug_height, disc_half_width, disc_depth
         Height of the disc above the flanks, half-width of the disc, and its depth below the middle
         of the flanks, length.

@@ -178,8 +178,8 @@ class PunchOnHalfPlane(PunchOnBlock):
     def condense(self, *, progress: bool = True) -> ContactSystem:
         """Mesh, assemble and condense to the contact.
 
-        The result is the mean of the contact and its mirror image, without the asymmetry of
-        rounding. `progress`: whether to show a progress bar after two seconds.
+        The result is the mean of the contact and its mirror image, so that rounding causes no
+        asymmetry. `progress`: whether to show a progress bar after two seconds.
         """
         system = self.model().condense(progress=progress)
         # Parity of the shear reactions; the pressures have the opposite parity.
@@ -215,11 +215,11 @@ class RoundedPunch(Scene):
     Parameters
     ----------
     radius, flat_half_width
-        Radius of the round ends, or of the cylinder, and half of the flat in the middle, length; 0:
-        a cylinder.
+        Radius of the round ends or of the cylinder, and half-width of the flat middle (0: a
+        cylinder), length.
     punch
-        Meshes, sizes, materials and supports. The contact area must end within its `half_width`. If
-        the end of the contact area moves, use elements of one size.
+        Meshes, sizes, materials and supports. The contact area must end within the `half_width` of
+        this punch. If the end of the contact area moves, use elements of one size.
 
     Raises
     ------

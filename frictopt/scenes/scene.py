@@ -135,7 +135,8 @@ class Scene:
 def along(half_length: float, elements: int, grading: float) -> Array:
     """(elements + 1,) mirror-symmetric coordinates, for an even number of elements.
 
-    Sizes are in geometric progression; the middle element has `grading` times the size of the end.
+    Sizes are in geometric progression; the middle element is `grading` times as large as the end
+    element.
     """
     sizes = grading ** -np.linspace(0.0, 1.0, elements // 2)
     right = half_length * np.cumsum(sizes) / sizes.sum()

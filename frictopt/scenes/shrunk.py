@@ -142,7 +142,7 @@ class PressFit(Scene):
         return Body(mesh, self.shaft_material)
 
 
-# Half-side of the square in the middle of the pin, over its radius.
+# Half the side of the square in the middle of the pin, divided by the radius of the pin.
 _CORE = 0.5
 
 
@@ -250,7 +250,7 @@ class PinInPlate(Scene):
         core = MeshQuad.init_tensor(square, square)
         on_square = self._on_square(_CORE * self.radius)
         rings = self._rings(on_square, self.radius * self._rays, share)
-        # (core nodes, N) distance of each node of the core from each one on the edge of the square
+        # (core nodes, N) distance of each node of the core from each ray's end on the square
         distance = np.hypot(core.p[0][:, None] - on_square[0], core.p[1][:, None] - on_square[1])
         on_core = distance.argmin(axis=0)
         on_rings = core.p.shape[1] + np.arange(share.size * self.elements)

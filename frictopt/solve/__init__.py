@@ -4,8 +4,8 @@ Nothing here knows what a contact is. A program is `min cost @ x` over all x who
 `right - sparse @ [x, block @ x]` are zero, at least zero, or in second-order cones. An answer is x
 with multipliers y in the dual cones. A is the matrix with `A x = sparse @ [x, block @ x]`. If
 `A'y + cost` vanishes, the multipliers prove `cost @ x >= -right @ y` for every x (weak duality).
-Rounding leaves some of `A'y + cost`, and the error of the bound is what this adds for x of the
-size of its units.
+Rounding leaves a remainder of `A'y + cost`. The error of the bound is what this remainder adds for
+x of the size of its units.
 
 `answer.py`
     The answer of the first solver that passes the checks, and proofs that there is no optimum.

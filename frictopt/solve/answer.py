@@ -98,7 +98,7 @@ class _Form(NamedTuple):
     is_dual: bool = False
 
     def back(self, x: Array, y: Array) -> tuple[Array, Array]:
-        """Unknowns and multipliers of the program, the multipliers in their cones."""
+        """Unknowns of the program, and its multipliers, moved into their cones."""
         if self.is_dual:
             x, y = -y[: self.arrays.zero], x
         return x, self.program.admissible(y)
@@ -131,8 +131,8 @@ def _ways(program: Arrays, solver: str | None = None) -> Iterator[tuple[_Form, s
     solvers = solver_order(solver, kind_of(program))
     for name in solvers:
         yield _Form(program, program), name
-    # The dual is last: solvers satisfy a balance of forces in cones more exactly if the few motions
-    # of the bodies are its multipliers, as in the program itself.
+    # The dual is last. In the program itself, the few motions of the bodies are the multipliers of
+    # the balance of forces in cones, and solvers then satisfy this balance more exactly.
     if not len(program.block) and program.sizes.max(initial=1) > 1:
         for name in solvers:
             yield _Form(program, program.dual, is_dual=True), name
@@ -158,8 +158,8 @@ def interiors(program: Arrays) -> Iterator[Array]:
 def contradictions(program: Arrays) -> Iterator[Array]:
     """Multipliers that may prove that no values have all slacks in their cones (Farkas's lemma).
 
-    They are the multipliers of the program for the least e >= 0 for which all slacks, raised by e,
-    are in their cones. The slack of an equation may be raised or lowered by e.
+    They are the multipliers of a program that finds the least e >= 0 with which all slacks, raised
+    by e, are in their cones. The slack of an equation may be raised or lowered by e.
     """
     width, zero, linear = len(program.cost), program.zero, program.linear
     not_negative = csr_array(-np.eye(1, width + 1 + len(program.block), width))
@@ -203,8 +203,8 @@ def error_of_contradiction(unbalanced: float, lack: float, far: float = FAR) -> 
 def without_optimum(program: Arrays, outcome: str) -> tuple[Array | None, float] | None:
     """The proof that a program has no optimum, and its error; None if no proof is found.
 
-    The proof is the multipliers of `infeasible`. It is None beside its error if `-cost @ x` grows
-    without end. The outcome that a solver reported is tried first.
+    If `-cost @ x` grows without end, the proof is given as None, with its error. Otherwise it is
+    the multipliers of `infeasible`. The outcome that a solver reported is tried first.
     """
     for prove in (unbounded, infeasible) if outcome == UNBOUNDED else (infeasible, unbounded):
         found = prove(program)
@@ -268,7 +268,7 @@ def _optima(program: Arrays) -> Iterator[list[tuple[Array, Array]]]:
 def _least_raise(
     program: Arrays, right: Array, bounds: csr_array, bound_right: Array, equations: bool = False
 ) -> Arrays:
-    """The program with one more unknown, by which all slacks in cones are raised; it is minimised.
+    """The program that minimises one more unknown, by which all slacks in cones are raised.
 
     `bounds` are further linear rows. With `equations`, the slack of each equation may also be
     raised or lowered by this unknown.

@@ -107,8 +107,8 @@ class Arrays:
     def lower_bound(self, x: Array, y: Array) -> tuple[float, float]:
         """The lower bound of `cost @ x` that multipliers in their cones prove, and its error.
 
-        The multipliers balance only up to rounding. The error holds for unknowns of the size of x,
-        or of 1.
+        The multipliers balance only up to rounding. The error holds for unknowns up to the size of
+        x, or up to 1.
         """
         unbalanced = np.abs(self.columns(y) + self.cost)
         return -float(self.right @ y), float(unbalanced @ np.maximum(np.abs(x), 1.0))
@@ -371,7 +371,7 @@ def dense_rows(
 ) -> Rows:
     """Make n rows or cones of one size, in the units (n,), from all their weights.
 
-    `matrix` (rows, quantities) and `constants` (rows,) have the cones row by row.
+    `matrix` (rows, quantities) and `constants` (rows,) list the cones row by row.
     """
     n = len(unit)
     none = np.full(n, -1)

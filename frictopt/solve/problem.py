@@ -67,7 +67,7 @@ def _again(
     while parts:
         part = parts.pop()
         for name in list(vars(part)):
-            if name.startswith("_lazy") or name == "__deepcopy__":  # which cvxpy's copies set None
+            if name.startswith("_lazy") or name == "__deepcopy__":  # cvxpy's copies set it to None
                 delattr(part, name)
         parts += part.args
     problem = Problem(objective, constraints)

@@ -59,9 +59,9 @@ class Balance:
         self._scale[high] = 1 / number / 2
 
     def __call__(self, values: Any) -> Any:
-        """Rows or right sides after the change; or, from its multipliers, those before the change.
+        """Rows or right sides after the change; or multipliers before it, from those after it.
 
-        Both are the same operation, because its matrix is symmetric.
+        Both are the same operation, because the matrix of the change is symmetric.
         """
         if not self._changes:
             return values

@@ -234,7 +234,7 @@ class WarmProgram:
         engine.setOptionValue("objective_bound", cutoff)
         engine.run()
         if engine.getModelStatus() not in _OUTCOMES:
-            # Where the dual simplex gives up, the primal one, without a first basis, often ends.
+            # Where the dual simplex gives up, the primal one, started afresh, often finds an end.
             engine.clearSolver()
             engine.setOptionValue("simplex_strategy", _PRIMAL)
             engine.run()

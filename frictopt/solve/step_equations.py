@@ -32,15 +32,15 @@ from .condensed import Condensed, Scaling
 # Relative increases of the diagonal of a step's matrix, tried in turn until the Cholesky
 # factorisation succeeds.
 _SHIFTS = (1e-14, 1e-13, 1e-12, 1e-11)
-# Error of the equations of a step, relative to their right side, below which it is not
-# corrected.
+# An error of the equations of a step, relative to their right side, is corrected only if it is
+# above this.
 _CORRECT = 1e-13
-# Corrections go on as long as each reduces the error below this share of it.
+# Corrections go on as long as each leaves less than this share of the error.
 _HELPS = 0.1
 # Number of rows of the matrix that are computed at once, from the diagonal on.
 _ROWS = 250
-# Least number of unknowns, and of unknowns for each row of the block, for the way through the
-# block. With fewer, its sparse matrices take longer than the dense ones that it saves.
+# The way through the block needs at least this number of unknowns, and of unknowns for each row of
+# the block. With fewer, its sparse matrices take longer than the dense ones that it saves.
 _UNKNOWNS = 600
 _UNKNOWNS_PER_ROW = 1.5
 # Largest number of entries of R for each of its rows: blocks of a node have three.
@@ -111,7 +111,7 @@ class Equations:
 
 
 class _Direct:
-    """The y with `A' W^-2 A y = [1, block'] work`; `work` (n + m) is that of `[y, block y]`."""
+    """The y with `A' W^-2 A y = [1, block'] work`; `work` (n + m) is the work on `[y, block y]`."""
 
     def __init__(self, program: Condensed, scaling: Scaling) -> None:
         self._block = program.block
@@ -145,8 +145,8 @@ class _Direct:
 class _ThroughBlock:
     """The y of `_Direct`, by the projection at the head of this file.
 
-    R is ordered so that its first rows are those of `block y`. Then F is diagonal, or nearly so, in
-    these, and dense in the others.
+    R is ordered so that its first rows are those of `block y`. In its first columns F is then
+    diagonal, or nearly so; in the others it is dense.
     """
 
     def __init__(self, program: Condensed, scaling: Scaling) -> None:

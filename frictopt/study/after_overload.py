@@ -1,4 +1,4 @@
-"""The guaranteed limit for slips no larger than one overload leaves."""
+"""The guaranteed limit for slips up to the largest slip that one overload leaves."""
 
 from typing import Any
 

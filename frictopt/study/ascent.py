@@ -25,8 +25,8 @@ class Ascent:
     """Changes of a periodic orbit by which its work grows (sense 1) or falls (sense -1).
 
     The path is on the orbit, at the last corner, where the slip is `before`, (N,) or (N, 2),
-    length. `slip_bound` (N,) is the largest size of this slip, or None. NoContinuation,
-    SolverError: the cycle has no derivative.
+    length. `slip_bound` (N,) is the largest size of this slip, or None. Raises NoContinuation or
+    SolverError if the cycle has no derivative.
     """
 
     def __init__(self, path: Transient, sense: int, slip_bound: Array | None) -> None:
@@ -77,7 +77,7 @@ class Ascent:
 
 
 def _followed(cycle: ReturnMap, tangents: int) -> Array:
-    """(M, L) derivative of the state of a periodic orbit with the L slips of its locked nodes."""
+    """(M, L) derivative of the state of a periodic orbit by the L slips of its locked nodes."""
     locked = np.r_[np.tile(cycle.locked, tangents), np.zeros_like(cycle.locked)]
     follow = np.zeros((len(locked), int(locked.sum())))
     follow[locked] = np.eye(follow.shape[1])
@@ -93,9 +93,10 @@ def _followed(cycle: ReturnMap, tangents: int) -> Array:
 
 
 def _bounds(path: Transient, cycle: ReturnMap, follow: Array) -> tuple[Array, Array]:
-    """Rows and reserves of `rows @ change + reserve >= 0`, relative to the node's friction bound.
+    """Friction bounds of the locked nodes, as rows and reserves of `rows @ change + reserve >= 0`.
 
-    They are the friction bounds of the locked nodes at their tightest events.
+    The program has the bounds at the tightest events of each node, relative to the size of the
+    bound.
     """
     n, f, S = path.nodes, path.friction, path.system.S
     locked = np.flatnonzero(cycle.locked)
@@ -126,7 +127,7 @@ def _bounds(path: Transient, cycle: ReturnMap, follow: Array) -> tuple[Array, Ar
 
 
 def _tangents(q: Array) -> list[Array]:
-    """Unit normals (..., t, N) of the tangents to the bounds of shear vectors (..., t, N).
+    """Unit normals (..., t, N) of tangents to the friction bounds of shear vectors (..., t, N).
 
     In the plane they point both ways; in space along each vector, against it, and across it.
     """
@@ -139,7 +140,7 @@ def _tangents(q: Array) -> list[Array]:
 
 
 def increment_map(path: SteppedPath) -> ReturnMap:
-    """A cycle of increments with its derivative, from the corner at which a transient is.
+    """A cycle of increments with its derivative, from the corner that a transient has reached.
 
     The transient itself stays there. An increment takes the slip `v'` to the state `u = [v, w -
     g0]` after it. Sticking nodes keep their slip; a node that slips by `d = v - v'` obeys `q + f p
@@ -150,8 +151,8 @@ def increment_map(path: SteppedPath) -> ReturnMap:
         dq = dp = 0 at open nodes
 
     In the plane the term with `1 - e e^T` vanishes. The work of an increment is the distance slid
-    times the mean bound, as `SteppedPath` counts it. NoContinuation, SolverError: an increment has
-    no valid answer.
+    times the mean bound, as `SteppedPath` counts it. Raises NoContinuation or SolverError if an
+    increment has no valid answer.
     """
     before = path.state
     points = copy(path).follow(path.legs)

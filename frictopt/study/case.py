@@ -1,7 +1,7 @@
 """A transient of a study: its contact, load cycle and friction, its load factor and its start.
 
-The key of a run is the same on another processor, though arrays there differ by rounding. It is
-made of the key of its contact, which its store finds by a sketch of the contact, and of numbers
+A run has the same key on every processor, although arrays differ by rounding. The key consists of
+the key of its contact, which a store finds by a sketch of the contact, and of digests of numbers
 with nine digits.
 """
 
@@ -19,7 +19,7 @@ from ..limits import GrossSlip, ShakedownLimit, gross_slip
 from ..transients import SteadyState
 from .starts import Start
 
-# Digits of numbers in keys; other processors change digits behind them.
+# Digits of numbers in keys; other processors may change later digits.
 _DIGITS = 9
 # Square root of the rounding of a stiffness, relative to the largest stiffness. Sizes of nodes that
 # are below this share of the largest size are raised to it.
@@ -32,9 +32,8 @@ KEY = 20
 def sketch(system: ContactSystem, cycle: LoadCycle) -> Array:
     """Numbers that distinguish a contact under a load cycle from others.
 
-    They are weighted sums of each row of its scaled stiffness, with fixed weights, the scales, and
-    its reactions, gaps and strengths. Two contacts are the same if their sketches differ by 1e-9 at
-    most.
+    They are three weighted sums of each row of the scaled stiffness, the scales, and the reactions,
+    gaps and strengths. Two contacts are the same if their sketches differ by 1e-9 at most.
     """
     size = np.sqrt(np.diag(system.S).clip(0.0))
     size = np.maximum(size, _ROUNDING_OF_SIZE * size.max()) if size.any() else np.ones_like(size)
@@ -118,7 +117,7 @@ class Run:
         """The key of the case, and a digest of load factor and start.
 
         For a start at a multiple of the safe slip, the digest uses the multiple, because solvers
-        may find different safe slips; for a random slip its family, amplitude and seed.
+        may find different safe slips. For a random slip, it uses family, amplitude and seed.
         """
         start = self.start
         state = start.state
@@ -151,7 +150,7 @@ def _numbers(values: Array | None) -> str:
 
 
 # The columns of a study. A column is *stored* in the file of the study, *shown* in its table, or
-# both. Its values are in a function below, or filled by `runs.py`. The docstring of
+# both. Its values come from a function below, or from `runs.py`. The docstring of
 # `dissipation_study` explains each column. If you change the stored columns, change the version in
 # `store.py`, too.
 

@@ -77,7 +77,7 @@ def dissipation_study(
     friction
         Coefficient of friction, or a list of frictions. Each is a number, (N,) coefficients of the
         nodes, coefficients of the contacts by their names, or a frozen distribution of
-        `scipy.stats`. From a distribution, the coefficient of each node is drawn by itself:
+        `scipy.stats`. From a distribution, the coefficient of each node is drawn independently:
         `[stats.norm(0.5, 0.05)] * 20` gives twenty contacts with scattered friction. A flat list
         with one number per node is refused, because it may mean a field or several frictions. Pass
         `[field]`, or a column of numbers (F, 1).
@@ -190,7 +190,7 @@ def dissipation_study(
             on=(KeyboardInterrupt, StoreError),
         ) as bar:
             keep = partial(study.keep, bar)
-            keep([])  # what the file has, if the first run is interrupted
+            keep([])  # so that an interrupt of the first run has the rows of the file
             execute(study.missing(), executor, keep)
         if with_limits:
             study.find_limits(progress)
@@ -205,7 +205,7 @@ class _Study:
     cases, runs
         (number of the friction, label of the load cycle) -> case; and the runs in their order.
     keys
-        Key of each run that differs from the others -> the first such run.
+        Key of a run -> a run with this key. Runs with the same content share a key.
     rows
         Key of a run -> its row, as far as known.
     limits
@@ -447,9 +447,9 @@ def plot_study(
         Column along the horizontal axis. None: the load factor, divided by the shakedown limit if
         the table has a finite limit for all runs; friction if all runs have one load factor.
     colour
-        Column whose values have different colours. None: friction if it has several values,
-        otherwise the load cycle, unless this column is along the horizontal axis; otherwise the
-        family of the starts.
+        Column whose values have different colours. None: friction if it has several values and is
+        not along the horizontal axis; otherwise the load cycle if it has several values; otherwise
+        the family of the starts.
 
     Returns
     -------

@@ -33,12 +33,12 @@ from .range_starts import RangeStarts
 
 # Numbers of the order in which a range is searched.
 
-# Number of levels from which the first search goes on: of those with the most work, and of those
-# with the least work. A level is a work of friction that differs from all others found.
+# Number of levels with the most work, and with the least work, from which the first search goes on.
+# A level is a work of friction that differs from all others found.
 _CLIMBED = 12
 _DESCENDED = 2
-# Largest number of times that random starts are tried around both ends, and number of the best of
-# them at each end from which the search goes on.
+# Largest number of rounds of random starts around both ends, and number of the best random starts
+# at each end from which the search goes on.
 _ROUNDS = 8
 _CLIMBED_AROUND = 4
 # The search goes on from random starts whose work differs from that of the end by at most this
@@ -60,11 +60,11 @@ class DissipationRange(Kept, Plotted):
     Attributes
     ----------
     least, most
-        Least and largest work of friction per cycle, force times length per depth, in space force
-        times length.
+        Least and largest work of friction per cycle (force times length per depth; in space, force
+        times length).
     least_start, worst_start
-        (N,) or (N, 2) residual slips that lead to `least` and to `most`, for `steady_state`,
-        length.
+        (N,) or (N, 2) residual slips, length, that lead to `least` and to `most`; `steady_state`
+        accepts them.
     least_state, most_state
         The steady states of these starts. In space `step_error` is the error of the increments,
         relative to the work.
@@ -141,11 +141,11 @@ def dissipation_range(
 ) -> DissipationRange:
     """Find the least and the largest steady dissipation over all residual slips at the beginning.
 
-    1. Transients are exact in the plane and in increments in space. They start from no slip, from
-       the slip that is safe at the shakedown limit, and from extreme slips that the contact can
-       hold under the mean load or at a corner. If there are more than twelve corners, the twelve
-       corners that are furthest apart are used. An extreme slip is the furthest slip in a
-       direction: along or against a change of the load, a direction that stretches, squeezes or
+    1. Transients are exact in the plane, and consist of increments in space. They start from no
+       slip, from the slip that is safe at the shakedown limit, and from extreme slips that the
+       contact can hold under the mean load or at a corner. If there are more than twelve corners,
+       the twelve corners that are furthest apart are used. An extreme slip is the furthest slip in
+       a direction: along or against a change of the load, a direction that stretches, squeezes or
        turns the face, or one that unloads an end of the contact. If slip stops from all these
        starts, the witness of the guaranteed limit is the next start.
     2. Sequential linear programming improves the best starts, with the derivative of a cycle. Its

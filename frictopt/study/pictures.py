@@ -104,7 +104,7 @@ def _runs(table: Table, ax: AnyAxes, x: str | None, colour: str | None) -> AnyAx
         axes.plot(places[group.index], works, linestyle="none", markersize=5, clip_on=False, **look)
     if x == "load_ratio":
         axes.axvline(1.0, color=BLACK, lw=0.8, ls="--", zorder=0)
-    # A table of a store does not state it, but only a contact in the plane has an exact path.
+    # A table from a store lacks this attribute. There, exact paths show a contact in the plane.
     per_depth = table.attrs.get("per_depth", (table["engine"] == "path").any())
     name = f"work of friction per cycle, $W$\n{unit('force times length', per_depth)}"
     axes.set(xlabel=_COLUMNS.get(x, as_is(x)), ylabel=name)

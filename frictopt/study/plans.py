@@ -43,8 +43,9 @@ def read_plan(file: str | Path) -> tuple[dict[str, Any], dict[str, Path]]:
     Names of files are relative to the folder of the file. Its entries are:
 
     - `system`: file of the contact
-    - `cycle`: the arguments of `LoadCycle`; or a `history` with those of `LoadCycle.from_history`;
-      or `harmonic` loads with those of `LoadCycle.harmonic`; or tables of these by their labels
+    - `cycle`: the arguments of `LoadCycle`; or a `history` and other arguments of
+      `LoadCycle.from_history`; or `harmonic` loads and other arguments of `LoadCycle.harmonic`; or
+      several such tables, each under its label
     - `friction`: a number, a list, or a `distribution` of scipy.stats with its parameters, `draws`
       and the seed
     - `load_factors`
@@ -52,7 +53,7 @@ def read_plan(file: str | Path) -> tuple[dict[str, Any], dict[str, Path]]:
     - optional `limits`: true, if the table shall have the shakedown limits
     - optional `store`, `table` and `picture`: files to write
 
-    ModelError if it is not such a file, or if it has an entry that the study would refuse.
+    Raises ModelError for any other file, and for an entry that the study would refuse.
     """
     path = Path(file)
     plan = checked_entries(path.name, read_toml(path), _KINDS, _NEEDED)
@@ -118,7 +119,7 @@ def _distributions(
 ) -> dict[str, Any]:
     """Frictions that are drawn from a distribution, and their seed, as arguments of the study."""
     law = named_distribution("friction", distribution, **parameters)
-    # More contacts would fill the memory.
+    # More draws would fill the memory.
     count = whole_number("draws", draws, least=1, most=100_000)
     return {"friction": [law] * count, "seed": seed}
 

@@ -180,7 +180,7 @@ class Search:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AfterProtocol(Kept, Plotted):
-    """Values of a load factor or a friction that are tried after a protocol."""
+    """Load factors or frictions that are tried after a protocol, with their outcomes."""
 
     tried: pd.DataFrame = field(repr=False)
     transients: int
@@ -212,8 +212,8 @@ class LimitAfterProtocol(AfterProtocol):
     shakedown_limit
         lambda_2 of the given limit, which no protocol exceeds while all nodes stay closed.
     starts
-        (S, N), in space (S, N, 2), the starts, length. If slip continues at `upper`, it does so
-        from the first of them.
+        (S, N), in space (S, N, 2), the starts, length. If slip continues at `upper`, it continues
+        from the first of these starts.
     tried
         DataFrame, one row for each load factor tried: load_factor; ratio, the load factor divided
         by lambda_2; outcome, which is "rest", "slip", or "UNDECIDED" if a transient has no result.
@@ -259,7 +259,7 @@ def limit_after_protocol(
     steps: int | None = None,
     progress: bool = True,
 ) -> LimitAfterProtocol:
-    """Find the load factor up to which a contact comes to rest, for its assembly and a protocol.
+    """Find the load factor up to which a contact comes to rest after its assembly and a protocol.
 
     Transients are followed at evenly spaced load factors. A bisection narrows the interval below
     the first load factor at which slip continues. Between the load factors tried the outcome is not
@@ -355,10 +355,10 @@ class FrictionAfterProtocol(AfterProtocol):
     ----------
     required, lower
         `required` is the least coefficient of friction such that the contact comes to rest with it
-        and with all larger ones tried; inf if it does not come to rest with the largest one.
-        `lower` is the largest friction tried with which it does not, or with which a transient has
-        no result, see `note`. If the contact comes to rest with all frictions tried, `lower` is the
-        `bound` of `required_friction`.
+        and with all larger frictions tried; inf if it does not come to rest with the largest
+        friction. `lower` is the largest friction tried with which it does not, or with which a
+        transient has no result, see `note`. If the contact comes to rest with all frictions tried,
+        `lower` is the `bound` of `required_friction`.
     least
         Result `required` of `required_friction`. With less friction, no start comes to rest while
         all nodes stay closed.
@@ -401,7 +401,7 @@ def friction_after_protocol(
     steps: int | None = None,
     progress: bool = True,
 ) -> FrictionAfterProtocol:
-    """Find the friction that a contact needs to come to rest, for its assembly and a protocol.
+    """Find the friction that a contact needs to come to rest after its assembly and a protocol.
 
     Transients are followed with evenly spaced frictions, from the largest one down to the answer of
     `required_friction`. A bisection narrows the interval above the first friction with which slip

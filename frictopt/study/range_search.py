@@ -31,13 +31,14 @@ _FIRST_RADIUS = 0.25
 _LAST_RADIUS = 0.25e-5
 # Largest number of transients in a climb.
 _CLIMB_TRANSIENTS = 20
-# A climb stops if this many times its next gain would not reach the best work found elsewhere.
+# A climb stops if even this multiple of its next gain would not reach the best work found
+# elsewhere.
 _LEAP = 400.0
 # Smallest and largest number of random starts around an orbit.
 _LEAST_AROUND = 8
 MOST_AROUND = 200
-# Between these two numbers, the number of random starts is this number divided by the number of
-# nodes: with many nodes a transient is slower, and the works of the starts differ less.
+# Within these two limits, the number of random starts is the following number divided by the number
+# of nodes: with many nodes a transient is slower, and the works of the starts differ less.
 _NODES_AROUND = 1000
 # Largest and smallest distance of random starts, relative to the spread of the slips of the
 # orbit.
@@ -50,7 +51,7 @@ _ROUGH_STEPS = 5
 # Smallest relative gain of work in a rough search, and largest relative change of work in the
 # later cycles that it leaves out.
 _ROUGH_SHARE = 1e-3
-# Number of works of a rough transient from which the later change is estimated.
+# Number of successive works of a rough transient from which the later change is estimated.
 _ROUGH_WORKS = 4
 STOPPED = f"stopped after {_CLIMB_TRANSIENTS} transients"
 FAR = "far from the end of the range, and its steps gain too little"
@@ -62,9 +63,9 @@ class Orbit:
     """The transient from one start, and the steady state that it leads to.
 
     `name` is the name of the first start of the search; `start` is the slip at which this transient
-    starts, (N,) or (N, 2), length. `state` and `path`, which has reached this state at the last
-    corner, are None if the transient has no result. `end` says why the search from this orbit
-    ended; it is "followed" if there was no search from it.
+    starts, (N,) or (N, 2), length. `state` is the steady state, and `path` the transient that has
+    reached it at the last corner. Both are None if the transient has no result. `end` says why the
+    search from this orbit ended; it is "followed" if there was no search from it.
     """
 
     name: str
@@ -284,8 +285,8 @@ class Search:
 def _nearly_settled(run: Run) -> Settled | None:
     """The last cycle as the steady state, if its work is final up to a thousandth.
 
-    The later change is estimated from the last works; the first cycle, from the mean load, is not
-    used.
+    The later change is estimated from the last works; the first cycle is not used, because it
+    begins at the mean load.
     """
     works = run.works[1:][-_ROUGH_WORKS:]
     if run.period > 1 or len(works) < _ROUGH_WORKS or not run.last:

@@ -51,7 +51,7 @@ class RangeStarts:
         return slips
 
     def multiplied(self) -> list[list[tuple[str, Array]]]:
-        """For each extreme slip under the mean load, larger multiples within the slip bound.
+        """Multiples of each extreme slip under the mean load, shortened to the slip bound.
 
         The closed contact cannot hold these slips: nodes open on the way to the mean load.
         """
@@ -62,7 +62,7 @@ class RangeStarts:
         ]
 
     def witness(self) -> dict[str, Array]:
-        """The witness of the guaranteed limit, from which slip goes on just above it."""
+        """The witness of the guaranteed limit, from which slip goes on just above this limit."""
         question = self._question
         try:
             limit = guaranteed_limit(
@@ -170,7 +170,8 @@ def _space_directions(system: ContactSystem) -> dict[str, Array]:
 def _furthest_apart(vectors: Array) -> list[int]:
     """Numbers of at most twelve vectors that are furthest apart.
 
-    Each next vector is the one with the largest distance from the chosen ones and from zero.
+    Each next vector is the one whose nearest neighbour among zero and the chosen vectors is
+    furthest.
     """
     # Largest number of corners of a long history at which starts are looked for.
     most = 12

@@ -35,7 +35,7 @@ from .starts import root_mean_square
 
 @dataclass(frozen=True)
 class TaskSettings:
-    """Numbers for the distribution of the runs of a study to an executor."""
+    """Numbers that control how an executor gets the runs of a study."""
 
     # Largest number of tasks at a time. Each task holds the arrays of its contact.
     most_tasks: int = 256
@@ -185,8 +185,7 @@ class _Tasks:
 def _follow(runs: Sequence[Run]) -> list[Row]:
     """Follow the first run, and further runs until the time of a task is over.
 
-    The attribute `rows` of an interrupt holds the finished rows, also if the interrupt is sent to
-    another process.
+    An interrupt takes the finished rows with it in its attribute `rows`, also to another process.
     """
     rows = list[Row]()
     end = time.perf_counter() + SETTINGS.seconds
@@ -259,9 +258,8 @@ _CONTEXT = get_context("spawn")
 class Workers(ThreadPoolExecutor):
     """An executor of processes, in which a process that ends loses only its own task.
 
-    Each thread hands its tasks to a process of its own, which is a pool of one process. After a
-    lost task, the thread makes a new pool for its next task. All processes end with this process,
-    and with the executor.
+    Each thread hands its tasks to its own process, a pool of one. After a lost task, the thread
+    makes a new pool for its next task. All processes end with this process, and with the executor.
     """
 
     def __init__(self, count: int) -> None:
@@ -289,7 +287,7 @@ class Workers(ThreadPoolExecutor):
         for pipe in self._pipes:
             pipe.close()
         super().shutdown(wait, cancel_futures=cancel_futures)
-        # At its end Python wakes the threads of all pools that are left, and one that is just
+        # At its end Python wakes the threads of all pools that are left, and a pool that is just
         # closing would print a traceback.
         for pool in self._pools:
             pool.shutdown(wait)

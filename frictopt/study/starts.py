@@ -164,7 +164,7 @@ def no_slip() -> list[Start]:
 
 
 def safe_slips(multiples: Iterable[float] = (1.0,)) -> list[Start]:
-    """Multiples of the safe slip with the largest margin at each load factor.
+    """Multiples of the safe slip that has the largest margin, at each load factor.
 
     Returns
     -------
@@ -188,8 +188,8 @@ def random_slips(
 ) -> list[Start]:
     """Random residual slips: for each amplitude, `count` smooth slips and as many rough slips.
 
-    Smooth slips are sums of Chebyshev polynomials in the coordinates of the nodes (in space, of
-    products of them), of degree 1 to 6, with normally distributed coefficients. Rough slips are
+    Smooth slips are sums, with normally distributed coefficients, of Chebyshev polynomials of
+    degree 1 to 6 in the coordinates of the nodes (in space, of their products). Rough slips are
     independent from node to node. Both have zero mean, because a mean slip is only a slide of one
     body along the other.
 
@@ -333,7 +333,7 @@ _CHECKS: dict[str, Callable[[str, Any], object]] = {
 
 @dataclass(frozen=True)
 class LoadStep:
-    """A load of a protocol, `loads + lam * cyclic`. The load changes to it along a straight line.
+    """A load of a protocol, `loads + lam * cyclic`, which is reached along a straight line.
 
     Parameters
     ----------
@@ -427,7 +427,7 @@ def assembled_slip(
 
 
 def assemble(path: Transient) -> None:
-    """Follow a path that has not begun through assembly, to the mean load."""
+    """Begin a path: follow it through assembly, to the mean load."""
     # Share of the mean load at which assembly begins. Without load every node is closed but has no
     # pressure, so the direction of its first slip is unknown.
     assembled_from = 1e-6

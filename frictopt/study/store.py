@@ -84,7 +84,7 @@ class Store:
         self._connection.close()
 
     def _create_table(self) -> None:
-        """Create the tables of runs and limits in a new file."""
+        """Create the tables of runs, limits and contacts in a new file."""
         execute = self._connection.execute
         execute("BEGIN IMMEDIATE")
         if not execute("SELECT * FROM sqlite_master").fetchall():
@@ -110,7 +110,7 @@ class Store:
     def own_rows(self, contacts: set[str]) -> list[Row]:
         """The rows of this version of frictopt.
 
-        Warnings name the rows of other versions, and a store of other contacts only.
+        Warnings name rows of other versions, and a store that has only other contacts.
         """
         table = self.read()
         version = written_by()["version"]
@@ -160,7 +160,7 @@ class Store:
         return {key: np.frombuffer(sketch) for key, sketch in self._sound("contacts")}
 
     def contact(self, sketch: Array) -> str:
-        """The key of a contact: of a known one with the same sketch up to 1e-9, or a new key."""
+        """The key of the known contact with the same sketch, up to 1e-9, or a new key."""
         with _store_errors(self.path), self._connection:
             # Another study must not write the same contact under another key meanwhile.
             self._connection.execute("BEGIN IMMEDIATE")
@@ -269,10 +269,10 @@ def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
     -------
     DataFrame
         One row for each run, ordered by key. Columns: key, which identifies the run's content: 20
-        characters of contact and cycle, 20 of the friction, 20 of load factor and start; loads,
-        digest of the loads of its cycle; version of frictopt that computed it; further columns as
-        in the table of `dissipation_study`. Start and cycle have the names of the study
-        that kept the run.
+        characters for contact and load cycle, 20 for the friction, 20 for load factor and start;
+        loads, a digest of the loads of its cycle; version, the version of frictopt that computed
+        it; and most columns of the table of `dissipation_study`. Start and cycle have the names of
+        the study that kept the run.
 
     Raises
     ------
@@ -296,10 +296,10 @@ def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
 
 
 def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike[str]]) -> int:
-    """Write all runs and limits of some stores, such as stores of shards, into one.
+    """Write all runs and limits of some stores, such as stores of shards, into one store.
 
-    The file may exist; its runs are kept. A run that is in several stores is written once. If some
-    store has its result, the result is written, not the failure.
+    The file may exist; its runs are kept. A run that is in several stores is written once. If one
+    store has its result and another its failure, the result is written.
 
     Returns
     -------

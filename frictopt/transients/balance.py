@@ -17,7 +17,7 @@ from ..errors import SolverError
 from ..solve.answer import answer
 from ..solve.arrays import CONE, EQUATION, LINEAR, Rows, dense_rows, program_of, rows_of
 
-# Forces balance themselves if their works in the rigid motions are below this share of the sum of
+# Forces balance each other if their works in the rigid motions are below this share of the sum of
 # their pressures.
 BALANCED = 1e-6
 
@@ -48,10 +48,10 @@ def force_rows(law: ContactLaw, shear_unit: Array, node_unit: Array, axes: int) 
 
 
 def balance_rows(V: Array, r0: Array, r1: Array, sizes: Array) -> Rows:
-    """Rows: forces do the same work as the load `r0 + load_factor r1` (M,) in each motion of V.
+    """Rows by which forces do the work of the load `r0 + load_factor r1` (M,) in each motion of V.
 
-    V is (M, k). The load factor is the quantity after the forces; `sizes` (k,) are the units of
-    the works.
+    V is (M, k). In the program, the load factor comes after the forces; `sizes` (k,) are the units
+    of the works.
     """
     works = np.column_stack([V.T, -(V.T @ r1)])
     every = np.arange(len(works))
@@ -61,7 +61,7 @@ def balance_rows(V: Array, r0: Array, r1: Array, sizes: Array) -> Rows:
 def distance_row(V: Array, load: Array, size: float) -> Rows:
     """The cone `|V' forces - V' load| <= size distance`.
 
-    The distance is the quantity after the forces (M,).
+    In the program, the distance comes after the forces (M,).
     """
     M, count = V.shape
     distance = size * np.eye(1, M + 1, M)
@@ -109,7 +109,7 @@ def nearest(rows: list[Rows], V: Array, load: Array, tolerance: float = RESIDUAL
 
 
 def self_stress(system: ContactSystem, friction: Array, N: Array) -> Array | None:
-    """Contact forces (t + 1, N) within friction that balance themselves; None if there are none.
+    """Contact forces (t + 1, N) within friction that balance each other; None if there are none.
 
     They do no work in the rigid motions N, and their pressures add up to 1. SolverError if the
     solver does not decide.

@@ -13,8 +13,8 @@ import numpy as np
 from ..base import LEVEL, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAME_STATE, Array, Outcome
 from .transient import FollowedCycle, Transient
 
-# If the pressure of a node, relative to the mean pressure, is at most this number, the work of a
-# slip is not measured by this pressure: it may be no more than the error of an answer.
+# Largest pressure of a node, relative to the mean pressure, that may be no more than the error of
+# an answer. The work of a slip is not measured by such a pressure.
 _SMALL_PRESSURE = 100 * RESIDUAL
 # Accepted excess of a shear force over the friction bound of a safe slip, in force scales. It
 # is a part of the residual.
@@ -44,8 +44,8 @@ def classify(
     transient.
 
     1. The slip at the end of the cycle is safe at all corners: the contact is at rest.
-    2. The slip at the end of the cycle is that at its beginning, and this remains so in all later
-       cycles (`distance_left`): cyclic slip if the work repeats, rest if the work is negligible.
+    2. The slip at the end of the cycle equals the slip at its beginning, and will do so in all
+       later cycles (`distance_left`): cyclic slip if the work repeats, rest if it is negligible.
     3. The slip drifts by the same amount in every cycle, and the drift adds no stress and changes
        no gap: ratcheting. At least three cycles are compared.
     """
@@ -107,11 +107,11 @@ def _slips(path: Transient, cycle: FollowedCycle, earlier: FollowedCycle | None)
     """Whether some node slips in a cycle that comes back; None if its work does not decide.
 
     A slip of 1e-9 slip scales of the mean load is negligible. Its work is computed with the node's
-    own pressure, or with the mean pressure if its own is too small. Larger work is certain to be
-    slip if it exceeds the work of 1e-9 slip scales of the largest corner force. Between these two
-    works, a work is slip if it is the same in two cycles and exceeds rounding. If all nodes stay
-    closed and have friction, negligible work does not prove rest, because it may be decaying: then
-    only a safe slip proves rest.
+    own pressure, or with the mean pressure if its own is too small. Work above that of 1e-9 slip
+    scales of the largest corner force is certainly slip. Work between these two limits is slip if
+    it is the same in two cycles and exceeds rounding. If all nodes stay closed and have friction,
+    negligible work does not prove rest, because it may be decaying: then only a safe slip proves
+    rest.
     """
     work = cycle.work
     if not work.any():
@@ -168,11 +168,11 @@ def bend(last: Sequence[FollowedCycle]) -> Array:
 def work_error(path: Transient, cycles: Sequence[FollowedCycle], later_changes: float) -> float:
     """Estimated relative distance of the last cycle's work from its limit; inf if unknown.
 
-    The smaller of two estimates is returned. The first is used if the state is at its limit up to
-    rounding. It follows from the change of the state: the sum of all later changes is
-    `later_changes` times the last change, and forces times this sum bound the change of work. The
-    second follows from the works of the last cycles. If their differences do not decrease, they are
-    rounding.
+    The smaller of two estimates is returned. The first follows from the change of the state: the
+    sum of all later changes is `later_changes` times the last change, and forces times this sum
+    bound the change of work. It is used only if the state is at its limit up to rounding. The
+    second follows from the works of the last cycles. If the differences of these works do not
+    decrease, they are rounding.
     """
     last = cycles[-1]
     works = [float(cycle.work.sum()) for cycle in cycles[-4:]]
@@ -191,9 +191,9 @@ def work_error(path: Transient, cycles: Sequence[FollowedCycle], later_changes: 
 
 
 def work_to_come(last: Sequence[FollowedCycle], limit: FollowedCycle, no_work: Array) -> float:
-    """Relative distance of the last work from the work at the limit; 0 if no node may yet stop.
+    """Relative distance of the last work from the work at the limit; 0 if no node is yet to stop.
 
-    A node may yet stop if it slips in the last cycles, but has at most the work `no_work` (N,) at
+    A node is yet to stop if it slips in the last cycles, but has at most the work `no_work` (N,) at
     the limit. The distance is also 0 if no node has more work than `no_work` at the limit, or if
     the last cycles have the same events as the limit: then all these nodes have stopped.
     """

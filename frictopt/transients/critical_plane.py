@@ -1,4 +1,4 @@
-"""Parameters of multiaxial fatigue at one point, on given planes or on the critical one."""
+"""Parameters of multiaxial fatigue at one point, on given planes or on the critical plane."""
 
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
@@ -43,8 +43,8 @@ def critical_planes(
     """(P,) parameters of points over M states, each on the plane on which it is largest.
 
     Stress and strain are (M, P, 3, 3). `weights` has a weight for each parameter, also for SWT,
-    which does not use it, see `parameter_on`. `from` and `to` are the least and largest normal
-    stress on the plane of SWT.
+    which does not use it, see `parameter_on`. The result also has `from` and `to`, the least and
+    the largest normal stress on the plane of SWT.
 
     Examples
     --------
@@ -88,12 +88,12 @@ def largest(name: str, sigma: Array, epsilon: Array, weight: float) -> tuple[Arr
 def parameter_on(
     name: str, sigma: Array, epsilon: Array, weight: float, normals: Array
 ) -> tuple[Array, Array]:
-    """A parameter of points on planes, and its rate with a stress added to all states.
+    """A parameter of points on planes, and its derivative by a stress added to all states.
 
     Stress, tension positive, and strain are (M, P, 3, 3), normals are (P, planes, 3). Values are
-    (P, planes), rates are (P, planes, 3, 3): the added stress changes means, but no ranges. For a
-    single point, the axis P may be left out. The amplitude of a vector is half the largest distance
-    between two states, which is exact for loads in phase.
+    (P, planes), derivatives are (P, planes, 3, 3): the added stress changes means, but no ranges.
+    For a single point, the axis P may be left out. The amplitude of a vector is half the largest
+    distance between two states, which is exact for loads in phase.
 
     - SWT: largest normal stress on the plane times the amplitude of its normal strain.
     - Findley: shear amplitude plus `weight` times the largest normal stress. Matake: the same, on
@@ -102,8 +102,9 @@ def parameter_on(
       stress.
     - Crossland, which has no plane: amplitude of the root of J2 plus `weight` times the largest
       hydrostatic stress.
-    - Dang_Van, which has no plane: Tresca's shear stress, from the centre of the smallest ball
-      around the deviators, plus `weight` times the hydrostatic stress; the largest of all states.
+    - Dang_Van, which has no plane: Tresca's shear stress plus `weight` times the hydrostatic
+      stress, at the state with the largest sum. Deviators are measured from the centre of the
+      smallest ball around the deviators of all states.
     """
     squares = normals[..., :, None] * normals[..., None, :]
     tension = _normal(sigma, normals).max(axis=0)

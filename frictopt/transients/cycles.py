@@ -41,8 +41,8 @@ _COMPARED_RETURNS = 30
 # If the relative error of a work is at least this number, the work may decay to zero. The error of
 # a slowly decaying work is 1.
 _DYING_WORK = 0.5
-# Relative change of a drift from return to return below which the drift needs more than ten
-# thousand cycles to die out.
+# A drift that changes by less than this share from return to return needs more than ten thousand
+# cycles to die out.
 _SLOW_DECAY = 1e-3
 # Number of the last returns whose changes show how many cycles are left.
 _DECAYING_RETURNS = 4
@@ -74,8 +74,8 @@ class Run:
     extrapolated
         Whether the transient has continued from an extrapolated limit.
     later_changes
-        Estimated sum of all later changes, relative to the last change, at the time when the
-        transient continued from an extrapolated limit; 1 if it never continued from one.
+        Estimated sum of all later changes, relative to the last change, when the transient
+        continued from an extrapolated limit; 1 if it never did.
     search
         The search for the limit of the last returns.
     """

@@ -48,17 +48,17 @@ _NEAR = 100 * PERIODIC
 _FAR = 1e-2
 # Ratio by which the change must fall from one extrapolation to the next.
 _GAIN = 4.0
-# The change may take several extrapolations to fall: one, and one more each time the transient has
-# followed this number of load cycles.
+# The number of extrapolations within which the change must fall is one, plus one for each time that
+# the transient has followed this number of load cycles.
 _CYCLES_PER_TURN = 60
-# Largest number of such extrapolations.
+# Largest value of that number of extrapolations.
 _MOST_TURNS = 6
 # Positions of the tested states between the fixed point (0) and the last state (1).
 _SHARES = (0.5, 0.1)
 # Largest relative difference of the works at two fixed points that count as the same.
 _SAME_WORK = 3e-8
-# Estimated error of the work at the limit if nodes have yet to stop, relative to the distance of
-# the last work from the work at the limit. In random contacts the error was at most 0.4 %.
+# Estimated error of the work at the limit while nodes are yet to stop, as a share of the distance
+# between the last work and the work at the limit. In random contacts it was at most 0.4 %.
 _LATER_EVENTS = 1e-2
 # Largest accepted relative error of the work due to such nodes.
 _ACCEPTED = 1e-5
@@ -99,7 +99,7 @@ class LimitSearch(ABC):
     def work_error(self, later_changes: float) -> float:
         """Estimated relative error of the work at the limit; 0 on the exact path.
 
-        `later_changes` is that of `Run`.
+        `later_changes` is the attribute of `Run`.
         """
         return 0.0
 
@@ -147,9 +147,9 @@ def _is_affine(path: Transient, limit: Array, moves: Moves, follow: Follow) -> b
 class CurvedLimit(LimitSearch):
     """The search in increments.
 
-    `fixed` is a return from the last fixed point, `shift` the relative change of its work from the
-    previous fixed point. `events_error` is the estimated relative error of its work due to nodes
-    that have yet to stop slipping.
+    `fixed` is a return from the last fixed point, and `shift` the relative change of its work from
+    that at the previous fixed point. `events_error` is the estimated relative error of its work due
+    to nodes that are yet to stop.
 
     If some nodes stick in the last returns, there are other fixed points nearby. Later events of
     the transient shift the fixed point; the shift decreases as the transient approaches it. So a
@@ -238,9 +238,9 @@ def _iterated(
 def _is_approached(
     path: Transient, latest: FollowedCycle, at_limit: FollowedCycle, follow: Follow
 ) -> bool:
-    """Whether returns come closer to a fixed point.
+    """Whether the latest return comes closer to a fixed point, and other returns do so, too.
 
-    They are the latest return, and returns from states between its end and the fixed point.
+    The other returns begin at states between the end of the latest return and the fixed point.
     """
     limit = at_limit.after
     starts = [limit + share * (latest.after - limit) for share in _SHARES]
@@ -261,8 +261,8 @@ def extrapolate(last: Sequence[FollowedCycle]) -> Iterator[tuple[Array, Moves]]:
 
     All later states are weighted means of the limit, of the last state, and of the states at the
     tested distances. The same distances, scaled to be close to the limit, are tested first. The
-    first limit uses all these cycles. Later limits use fewer, because the first cycles may have
-    another map, due to the same events in another order.
+    first result uses all these cycles. Later results use fewer of them, because the first cycles
+    may have another map, if they have the same events in another order.
     """
     latest = list(takewhile(lambda cycle: cycle.events == last[-1].events, reversed(last)))
     for count in range(len(latest), _LEAST_CYCLES - 1, -2):
@@ -324,9 +324,9 @@ def limit_of(iterates: Array) -> tuple[Array, Moves] | None:
 
 
 def fixed_point(returns: Array) -> Array:
-    """The fixed point of a map from states and their images, (k, 2, m).
+    """The fixed point of a map, extrapolated from states and their images, (k, 2, m).
 
-    It is found by reduced-rank extrapolation. If some state does not move, the first state is
+    The method is reduced-rank extrapolation. If some state does not move, the first state is
     returned.
     """
     before = returns[:, 0]

@@ -121,7 +121,7 @@ def slip_ways(states: Trajectory) -> Array:
 def with_critical_planes(
     table: Table, fields: object, side: int, weights: Mapping[str, float]
 ) -> Table:
-    """Add the parameters on critical planes; `fields` is a list, one for each state of a cycle."""
+    """Add the parameters on critical planes; `fields` lists the fields at states of a cycle."""
     states = listed("fields", fields if np.iterable(fields) else [])
     if len(states) < 2 or not all(hasattr(state, "tensors_at_contact") for state in states):
         raise ModelError(
@@ -193,7 +193,7 @@ def contact_table(
 
 
 def _rows_of_ties(through: Mapping[str, Array]) -> Table:
-    """A row for each tie: name -> (3, K) normal force, shear and moment at the corners.
+    """Rows of ties, from name -> (3, K) normal force, shear and moment at the corners.
 
     A tie has no nodes of a contact, and its whole area sticks.
     """

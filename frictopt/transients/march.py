@@ -50,10 +50,10 @@ def march(
 ) -> Trajectory:
     """Follow a transient from an initial slip, or from an earlier state, through load cycles.
 
-    The load path starts at an artificial load that carries the initial slip with q = 0 and, at
-    every node, p equal to the mean of `abs(p^w)` under the mean load. It goes in a straight line to
-    the mean load, and then visits the corners in their order, again and again. The states before
-    the mean load are checked, too, but they are not returned. Theory, eq. (13).
+    The load path starts at an artificial load. Under this load the initial slip has q = 0 and the
+    same p at every node: the mean of `abs(p^w)` under the mean load. The path goes in a straight
+    line to the mean load, and then visits the corners in their order, again and again. The states
+    before the mean load are checked, too, but they are not returned. Theory, eq. (13).
 
     Parameters
     ----------
@@ -73,9 +73,9 @@ def march(
         Number of whole cycles.
     steps
         Number of increments from corner to corner. The transient is also followed with a half and a
-        quarter of them, which gives `step_error`. None: in the plane exactly, from event to event;
-        in space 20 increments, because the friction bound is a circle and paths are not piecewise
-        linear.
+        quarter of this number, which gives `step_error`. None: in the plane exactly, from event to
+        event; in space in 20 increments, because the friction bound is a circle and paths are not
+        piecewise linear.
     progress
         Whether to show the progress of the increments after two seconds.
 
@@ -205,7 +205,7 @@ def _in_increments(
 def _change_by_steps(
     path: SteppedPath, u: Array, coarser: Sequence[SteppedPath], runs: _Runs
 ) -> float:
-    """Largest difference of the slip at the corners from runs with fewer steps; inf if none run."""
+    """Largest change of the slip at the corners if fewer steps are used; inf without such runs."""
     if not coarser:
         return np.inf
     n, error = path.nodes, 0.0
@@ -239,7 +239,8 @@ def amplitudes_at(
 ) -> Array:
     """(T, cases) amplitudes of the load cases at times from the first state on.
 
-    The first state has the amplitudes `first`. If `first` is empty, they are not known, and NaN.
+    The first state has the amplitudes `first`. If `first` is empty, its amplitudes are unknown:
+    NaN.
     """
     begin, end = int(time[0]), int(np.ceil(time[-1]))
     corners = cycle.at(load_factor)
@@ -274,7 +275,7 @@ def path_of(
 def mean_state(
     system: ContactSystem, cycle: LoadCycle, friction: PerNode, *, steps: int | None = None
 ) -> ContactState:
-    """The state under the mean load, from no slip; it raises the errors of `march`.
+    """The state under the mean load, reached from no slip. Raises the errors of `march`.
 
     The transient is followed in increments if `steps` is given, if the contact is in space, or if
     its law is not Coulomb's; otherwise it is followed exactly.
@@ -287,7 +288,7 @@ def mean_state(
 
 
 def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: PerNode) -> Booleans:
-    """(N,) nodes that are open under the mean load, from no slip.
+    """(N,) nodes that are open under the mean load, which is reached from no slip.
 
     If the exact path ends, as at a jump, increments follow the load instead.
     """

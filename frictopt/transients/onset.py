@@ -1,8 +1,8 @@
 """Onset of slip and separation, corner by corner (Flicek et al. 2015, section 3).
 
 The onset is computed for the bonded contact. If the mean load pulls at nodes of the bonded contact,
-it is computed for the contact after the mean load has settled. Until the first event all forces and
-gaps are linear in the load factor, and each event is a root in closed form.
+the onset is computed for the contact after the mean load has settled. Until the first event all
+forces and gaps are linear in the load factor, and each event is a root in closed form.
 """
 
 from __future__ import annotations
@@ -112,8 +112,8 @@ class OnsetEvent(Kept):
     corner, loads
         Number of the corner, from 0, and its loads as `LoadCycle.corner_names` writes them.
     event, load_factor
-        The event, "slip", "separation", or "touch" of an open node; and its load factor, inf if it
-        never happens, 0 if it happens under the mean load.
+        The event: "slip", "separation", or "touch" if an open node touches. Its load factor is inf
+        if it never happens, and 0 if it happens under the mean load.
     node
         Index of the node; the lowest index if several events are simultaneous; None if the event
         never happens.
@@ -161,8 +161,8 @@ class Onset(Kept, Plotted):
         First slip, first separation and, if nodes are open, first touch of an open node, under each
         of the K corners.
     mean_slips, mean_opens
-        Indices of the nodes at which the mean load exceeds the friction bound, and of the nodes at
-        which it pulls, alone or with the fixed loads of some corner. If there are any, the bonded
+        Indices of the nodes at which the mean load, alone or with the fixed loads of some corner,
+        exceeds the friction bound; and of the nodes at which it pulls. If there are any, the bonded
         contact cannot carry the mean load, and the onset is undefined unless there is a `state`.
     residual
         Largest violation of the contact law at the first event under each corner, in units of the
@@ -428,7 +428,7 @@ def _slip(approach: _Approach) -> OnsetEvent:
 def _at_bound(q: Array, bound: Array, q_rate: Array, bound_rate: Array, floor: float) -> Array:
     """Load factors (2, N), in space (N,), at which the shear forces reach their bounds.
 
-    `bound` and `bound_rate` are the bounds at load factor 0, and their change per unit of it.
+    `bound` are the bounds at load factor 0, and `bound_rate` their change per unit of load factor.
     """
     if q.ndim == 1:
         slacks = np.array([bound + q, bound - q])
@@ -467,6 +467,6 @@ def _least(factors: Array) -> tuple[float, int | None]:
 
 
 def _earliest(events: tuple[OnsetEvent, ...]) -> OnsetEvent:
-    """The first event; of simultaneous events that of the first corner."""
+    """The first event; of several at once, that of the first corner."""
     first = min(event.load_factor for event in events)
     return next(event for event in events if event.load_factor <= first * (1 + SIMULTANEOUS))

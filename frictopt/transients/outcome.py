@@ -71,11 +71,11 @@ class SteadyState(Recorded, Plotted):
         the size of the increments: twice the change in finer increments, plus a share of the
         uncertain work within the increments. It is inf if finer increments have no answer, or if
         the contact sticks but may slip in finer increments. It is no bound. In random contacts of 1
-        to 5 nodes, with 1 to 4 increments, the median was 2.2 times the true error. From 5 % above
-        the limit on, none of 114 values was too small (the least 1.2 times the true error). Within
-        2 % of the limit, 1 of 183 was too small (0.6 times). In bolted joints, where many nodes
-        slip only in the first cycles, it was 3 to 35 times the true error. NaN: not estimated, see
-        `report`.
+        to 5 nodes, with 1 to 4 increments, the median of the estimates was 2.2 times the true
+        error. At load factors at least 5 % above the limit, none of 114 estimates was too small
+        (the smallest was 1.2 times the true error). Within 2 % of the limit, 1 of 183 estimates was
+        too small (0.6 times the true error). In bolted joints, where many nodes slip only in the
+        first cycles, it was 3 to 35 times the true error. NaN: not estimated, see `report`.
     period
         Number of load cycles after which the state, or its drift, repeats: 1 or 2.
     system, cycle, friction, load_factor
@@ -193,9 +193,9 @@ class SteadyState(Recorded, Plotted):
 
     @property
     def slipping_share(self) -> float:
-        """Share of the area (in the plane of the length) that slips in the steady cycle.
+        """Share of the area (in the plane, of the length) that slips in the steady cycle.
 
-        See `slipping`. If the nodes have no `width`, it is the share of their number.
+        See `slipping`. If the nodes have no `width`, it is the share of the nodes.
         """
         return float(np.average(self.slipping, weights=self.system.width))
 
@@ -258,7 +258,7 @@ class SteadyState(Recorded, Plotted):
 
             - contact, its name ("the contact" if the system has no names), its number of nodes,
               and its area (in the plane its length), if `width` is known;
-            - sticking, slipping, open: shares of the area, or of the nodes without `width`; they
+            - sticking, slipping, open: shares of the area or, without `width`, of the nodes; they
               add up to 1. Slipping nodes slide against friction (`slipping`), open nodes open at
               some corner (`open`) and do not slip, all other nodes stick;
             - work of friction per cycle; slip_range, the largest distance of two slips of a node
@@ -302,7 +302,7 @@ class SteadyState(Recorded, Plotted):
 
         Columns are bolt, its load case; force, the force of its `BoltPreload`; tension_mean, the
         middle of the range of its tension; and tension_amplitude, half of the range, for the
-        fatigue of the bolt. In increments it is the range of the states at their ends.
+        fatigue of the bolt. In increments, it is the range over the ends of the increments.
 
         Raises
         ------

@@ -35,7 +35,7 @@ from .onset import Onset
 from .outcome import SteadyState
 from .trajectory import LoadLoop, Trajectory
 
-# Area of a loop, as a share of the rectangle around it, below which it looks like a line.
+# A loop looks like a line if its area is below this share of the rectangle around it.
 _THIN = 0.1
 
 _WORK = "force times length"
@@ -174,7 +174,7 @@ def slip_and_work(states: Mapping[str, SteadyState]) -> list[tuple[str, dict[str
 
 @picture.register
 def _onset(onset: Onset, ax: AnyAxes) -> AnyAxes:
-    """Shear divided by friction bound of the bonded contact at the first slip towards each corner.
+    """Shear over friction bound in the bonded contact, at the first slip towards each corner.
 
     In space only the first slip of all is drawn. Slipping nodes are circled.
     """

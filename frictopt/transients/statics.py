@@ -42,9 +42,9 @@ _BALANCED: WeakKeyDictionary[ContactSystem, set[bytes]] = WeakKeyDictionary()
 
 
 def nodal_motions(V: Array) -> Array:
-    """(M, k) a basis of the motions V (M, k) with an entry of its own for each motion.
+    """(M, k) a basis of the motions V (M, k) in which each motion has an entry of its own.
 
-    This entry is 1 in one motion and 0 in all others. The k entries are chosen by pivoting, so that
+    This entry is 1 in its motion and 0 in all others. The k entries are chosen by pivoting, so that
     no other entry is large.
     """
     from scipy.linalg import qr
@@ -58,10 +58,10 @@ def nodal_motions(V: Array) -> Array:
 class Statics:
     """Loads that contact forces within friction can balance, for any compliance of the bodies.
 
-    A motion phi = (v, w) that strains nothing, S phi = 0, has the work `phi . r = phi . r^w` with
-    the reactions of every state. If `w >= f |v|` at all nodes, contact forces have no negative work
-    in it (`p >= 0`, `|q| <= f p`). So a load with `phi . r^w < 0` has no state. This proves gross
-    sliding, turning over or lift-off, whatever the slip and the history.
+    In a motion phi = (v, w) that strains nothing, S phi = 0, the reactions of every state do the
+    work `phi . r = phi . r^w`. If `w >= f |v|` at all nodes, contact forces do no negative work in
+    this motion (`p >= 0`, `|q| <= f p`). So a load with `phi . r^w < 0` has no state. This proves
+    gross sliding, turning over or lift-off, whatever the slip and the history.
 
     If slip changes no pressure, B = 0, all states have the pressures p of the load. Then the motion
     need not lift bodies that supports press together: a motion with `A v = 0` and `v . q^w + sum of
@@ -76,7 +76,7 @@ class Statics:
         self._system = system
         self._friction = friction
         self._law = contact_law(system, friction)
-        # The terms of the law after friction, each with the nodes (N,) that it bounds.
+        # The terms of the law other than friction, each with the nodes (N,) that it bounds.
         self._further_terms = [
             (np.isfinite(term.constant) & (friction > term.slope), term)
             for term in self._law.terms[1:]
@@ -123,7 +123,7 @@ class Statics:
 
     @cached_property
     def _slides(self) -> Array | None:
-        """(M, k) slides that strain nothing if slip changes no pressure; else None."""
+        """(M, k) slides that strain nothing; None if slip changes pressures."""
         S = self._system.S
         n = self._system.nodes
         size = np.sqrt(np.diag(S).clip(0.0))
@@ -263,7 +263,7 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
 
 
 def note_balanced(system: ContactSystem, friction: Array, load: Array) -> None:
-    """Records that contact forces within friction balance a load (M,)."""
+    """Record that contact forces within friction balance a load (M,)."""
     _BALANCED.setdefault(system, set()).add(_digest(friction, load))
 
 
@@ -318,8 +318,8 @@ def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: PerNo
 def unscaled_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: PerNode) -> str:
     """The diagnosis of all loads that the load factor does not scale.
 
-    It is the diagnosis of the mean load with the first `fixed` part with which this load is not
-    safe if nothing slips.
+    It is the diagnosis of the mean load together with a `fixed` part: the first part with which the
+    load is not safe if nothing slips.
     """
     if checked_cycle(cycle).fixed is None:
         return mean_load_diagnosis(system, cycle, friction)

@@ -197,7 +197,7 @@ def settled_from(path: Transient, step_error: float) -> SteadyState:
 def _step_error(
     run: Run, settled: Settled, first_states: Sequence[Array], finer: SteppedPath, parts: int
 ) -> float:
-    """Estimated relative error of the work in a steady state by the size of its increments.
+    """Estimated relative error of the work in a steady state due to the size of its increments.
 
     `finer` is the same transient from the same start in finer increments: at least four for each
     increment and 32 from corner to corner, with ever smaller ones before the corner. Some nodes

@@ -122,7 +122,7 @@ class SteppedPath(Transient):
     def _next_state(
         self, load: Array, u: Array, r: Array, status: NDArray[np.int8]
     ) -> SteppedState:
-        """The next state, with the work of friction from the mean of the two friction bounds."""
+        """The next state, with the work of friction by the mean of the bounds before and after."""
         n, before = self.nodes, self.state
         slip_step = (u - before.u)[:-n].reshape(-1, n)
         path = np.sqrt((slip_step**2).sum(axis=0)) * (status != OPEN)
@@ -246,7 +246,7 @@ def doubts(system: ContactSystem, friction: Array, u: Array, r: Array) -> Doubts
     opens = closed[:-1] & ~closed[1:]
     lands = ~closed[:-1] & closed[1:] & (path == 0)
     row, node = np.nonzero(opens | lands)
-    # The closed end of the increment of a node that lands is its last state.
+    # If a node lands, its increment has the closed end at the last state, not at the first.
     crossing = _Crossing(
         stiffness=system.S.reshape(-1, n, len(system.S) // n, n)[:, node, :, node],
         forces=forces[row + lands[row, node], :, node],

@@ -1,6 +1,6 @@
 """The states of a transient, and the loop of a load case over them."""
 
-# One file because the loop is read from the states, which their tables and their check also need.
+# One file, because the loop, the tables and the check all read the same states.
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -126,17 +126,17 @@ class Trajectory(Kept, Plotted):
         The contact, (N,) coefficients of friction, and the load cycle.
     time
         (T,) number of corners visited: 0 at the mean load, k at the k-th corner, and linear between
-        them. A transient from an earlier state begins with the number of corners of the cycle
-        before the next corner of that state.
+        them. In a transient from an earlier state, the count begins at the number (from 0) of the
+        next corner of that state.
     amplitudes
         (T, cases) amplitudes of the load cases, in the order of `system.bonded`. They are NaN from
         an earlier state to the first corner after it.
     bonded_q, bonded_p
-        Bonded reactions of the load, (T, N) in the plane and (T, N, 2) in space, and (T, N): force
-        per depth in the plane, force in space.
+        Bonded reactions of the load: `bonded_q` is (T, N) in the plane and (T, N, 2) in space,
+        `bonded_p` is (T, N). They are forces per depth in the plane, forces in space.
     slip, gap
-        Slip v, (T, N) along +x in the plane, (T, N, 2) along the tangents in space, and (T, N) gap
-        w, length.
+        Slip v, (T, N) along +x in the plane, (T, N, 2) along the tangents in space; and gap w,
+        (T, N). Both are lengths.
     q, p
         Shear forces in the shape of `slip`, and (T, N) normal forces, compression positive, in the
         units of `bonded_q`.

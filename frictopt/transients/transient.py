@@ -57,8 +57,8 @@ class FollowedCycle:
         in increments only the slip, because the gap follows from it. `change` is the largest
         difference between the two states.
     work, slid, works
-        (N,) work of friction, and path of slip of each node while closed, length; and the work in
-        each load cycle.
+        (N,) work of friction of each node; (N,) path that each node slips while closed, length; and
+        the work of all nodes in each load cycle.
     events
         A value that describes the changes of status. It is equal for two cycles with the same
         changes; on the exact path their order within a segment does not count.
@@ -121,12 +121,13 @@ class Transient(ABC):
         Scales of forces and slips at each node; and the scales (m,) of the state, see
         `FollowedCycle`.
     events, unproven
-        Number of changes of status, and number of changes whose rates are not proven to be unique.
+        Number of changes of status, and how many of them have rates that are not proven to be
+        unique.
     far_start
         Whether the stress of the start exceeds the stress of the loads so much that rounding may
         hide the loads.
     engine, steps
-        On the exact path "path" and 0. In increments: the method that solves them, and their number
+        "path" and 0 on the exact path. In increments, the method that solves them, and their number
         from corner to corner.
     started
         Time at which the transient was made, for the record.
@@ -239,7 +240,7 @@ class Transient(ABC):
         return self
 
     def follow(self, legs: Iterable[tuple[Array, str]]) -> list[Any]:
-        """Follow the transient through some `legs`; the states of its increments."""
+        """Follow the transient through some `legs`, and return the states of its increments."""
         return [state for leg in legs for state in self.follow_to(*leg) or ()]
 
     def forces_there(self, r: Array) -> str:
@@ -351,7 +352,7 @@ def scales(S: Array, mean: Array, corners: Array, n: int) -> Scales:
 
 
 def _connected_pieces(S: Array, n: int) -> list[Booleans]:
-    """The pieces of the contact, (N,) nodes each, that the stiffness does not connect."""
+    """Masks (N,) of the nodes of each piece of the contact that the stiffness connects."""
     links = S.reshape(len(S) // n, n, len(S) // n, n)
     if links[:, 0].any(axis=(0, 1)).all():
         # The first node is coupled with all others, as in most contacts: there is one piece.

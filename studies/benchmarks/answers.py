@@ -1,4 +1,4 @@
-"""Three hundred answers with their times, which a change of structure must not change.
+"""Three hundred answers with their times: a change of structure must change neither.
 
 `python studies/benchmarks/answers.py write FILE` computes all answers and writes answers and times as JSON.
 `python studies/benchmarks/answers.py compare FILE` computes them again and compares. Words after FILE
@@ -219,7 +219,7 @@ def questions() -> Iterator[Question]:
 
 
 def asked(words: Sequence[str] = ()) -> tuple[list[tuple[str, Numbers | str]], dict[str, float]]:
-    """Answers, and the processor time of each family that contains one of the words, or of all.
+    """Answers, and processor times of the families whose names contain a word, or of all.
 
     If a question raises an error, the name of the error is its answer.
     """

@@ -19,7 +19,7 @@ MOST = {"COLAMD": 1.5, "MMD_AT_PLUS_A": 3.0}
 
 
 def level(bottom, top, elements, sides):
-    """Quadrilaterals between two level segments at heights 0 and 1, whose sides have new names."""
+    """Quadrilaterals between two level segments at heights 0 and 1; `sides` renames their sides."""
     mesh = MeshQuad.init_tensor(*(np.linspace(0, 1, number + 1) for number in elements))
     where = {
         "left": lambda x: x[0] == 0,

@@ -51,9 +51,9 @@ def test_two_processes(study, record_property):
 
 
 def test_store(study, record_property, tmp_path, monkeypatch):
-    """The time of the store over the time of the study.
+    """The time of the store, as a share of the time of the study.
 
-    Whole studies differ from each other by more than the store takes.
+    It is measured within a study, because times of whole studies differ by more than this.
     """
     spent = []
 
@@ -80,7 +80,7 @@ def test_store(study, record_property, tmp_path, monkeypatch):
 
 
 def test_a_study_without_limits_and_one_from_a_full_store(record_property, tmp_path):
-    """Times over the study with limits, for a contact that lifts off.
+    """Times relative to the study with limits, for a contact that lifts off.
 
     There are three preloads and four frictions.
     """

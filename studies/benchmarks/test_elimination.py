@@ -56,7 +56,7 @@ def pardiso(K, kept):
         np.zeros((k, k)),
         *(part.astype(np.int32) for part in (upper.indptr, upper.indices, kept)),
     )
-    # These are: no defaults, Metis, rows from zero on, a Schur complement.
+    # These entries choose: no defaults, Metis, rows counted from zero, a Schur complement.
     iparm[[0, 1, 34, 35]] = 1, 2, 1, 1
     handle, error = np.zeros(64, dtype=np.int64), ctypes.c_int32(0)
 

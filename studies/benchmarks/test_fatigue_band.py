@@ -21,7 +21,7 @@ def stresses(model):
 
 
 def recoveries(model, count):
-    """As many fields, one after the other; the model has its factorisation."""
+    """Recover `count` fields, one after the other; the model already has its factorisation."""
     glued = np.zeros(model.condense().nodes)
     for _ in range(count):
         model.recover({"P": 1.0}, glued)

@@ -93,7 +93,7 @@ def test_steady_state_against_plain_cycling(made, name, most, record_property):
 
 
 def limit_ratio(model, friction, open_nodes, record_property):
-    """Time of a first limit of one set of open nodes over the time of Clarabel on the same rows.
+    """Time of a first limit of one set of open nodes, relative to Clarabel on the same rows.
 
     The first time contains the assembly and the proof.
     """
@@ -135,7 +135,7 @@ def test_limit_without_symmetry_against_clarabel(elements, most, record_property
 
 
 def test_required_friction_in_limits(made, record_property):
-    """The required friction of the fir tree at half its limit, over one limit with its search."""
+    """Time of the required friction of the fir tree at half its limit, relative to one limit."""
     system, (cycle, friction), limits = made("fir tree"), asked("fir tree"), []
     rival = seconds(lambda: limits.append(fo.shakedown_limit(system, cycle, friction)))
     ours = seconds(lambda: fo.required_friction(system, cycle, 0.5 * limits[0].load_factor))

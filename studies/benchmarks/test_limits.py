@@ -79,7 +79,7 @@ def test_sweep_of_50_against_bare_highs(compare, system, cycle):
     """Bare HiGHS on all rows of the closed contact, one program for each friction.
 
     A sweep needs these programs, too. For half of the frictions nodes tend to open. All questions
-    about open nodes together may cost as much as one more program.
+    about open nodes may together cost as much as these programs.
     """
     frictions = np.linspace(0.2, 1.5, 50)
     programs = [arrays(system, cycle, friction, simplify=False) for friction in frictions]
@@ -113,7 +113,7 @@ def test_other_loads_on_one_model_against_models_of_their_own(compare, system, c
 
 
 def test_swept_loads_and_friction_against_bare_highs(compare, system, cycle):
-    """Twenty mean loads, amplitudes and frictions on one model, closed, over HiGHS on the same rows."""
+    """Twenty loads and frictions on one model with closed nodes, against HiGHS on the same rows."""
     model = fo.ShakedownModel(system, cycle)
     none_open = np.zeros(system.nodes, dtype=bool)
     rng = np.random.default_rng(0)
@@ -137,7 +137,7 @@ def test_swept_loads_and_friction_against_bare_highs(compare, system, cycle):
 
 
 def test_sweep_with_its_search_against_the_closed_contact(compare, system, cycle):
-    """Time of eight frictions over as many limits with closed nodes.
+    """A sweep of eight frictions, against eight limits with closed nodes.
 
     For six of the frictions some node tends to open.
     """

@@ -14,7 +14,7 @@ def limit(system, cycle, **options):
 
 
 def pad():
-    """A flat contact with a number of nodes, which a roll of the load tilts."""
+    """A flat contact of `CELLS` nodes, with a load case that tilts it."""
     arrays = fo.reference.half_plane_contact(CELLS, 1.0, 1.0)
     system = fo.ContactSystem.from_blocks(**arrays)
     rolls = system.B.T @ system.x, system.C @ system.x
@@ -31,7 +31,7 @@ def test_a_rolling_cylinder_against_a_pad_that_stays_closed(compare):
 
 @pytest.mark.parametrize("scaled", [0.0, 0.1])
 def test_a_closed_contact_pays_nothing_for_nodes_that_may_open(compare, scaled):
-    """`open_nodes=` without a node names the set, so that neither open nodes nor events are searched."""
+    """`open_nodes` without a node fixes the set: neither open nodes nor events are searched."""
     closed = pad()
     corner = {"Q": 0.4 * PRESS, "P": scaled * PRESS}
     cycle = fo.LoadCycle({"P": PRESS}, [corner, {case: -load for case, load in corner.items()}])

@@ -121,7 +121,7 @@ def test_hard_starts_against_products_with_the_stiffness(compare, cycle):
 
 
 def test_compilation_in_new_processes(record_property, tmp_path):
-    """A first path on a new machine, over a first path with stored machine code."""
+    """Time of a first path on a new machine, relative to one with stored machine code."""
     code = "from frictopt.transients.exact.kernel import compiled; compiled()"
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "OPENBLAS_NUM_THREADS": "1"}
     times = []

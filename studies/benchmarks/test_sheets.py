@@ -27,8 +27,8 @@ def _random_limit(rng):
 def _safe_draws(limit, law, preload, load, rng):
     """The number of draws of friction and preload with a safe slip at a load.
 
-    Without gaps a slip scales with the preload, so only the load over the preload counts, and a
-    slip that is safe stays safe with more friction. Limits at 24 frictions decide most draws.
+    Without gaps a slip scales with the preload, so only the ratio of load to preload counts. A slip
+    that is safe stays safe with more friction. So limits at 24 frictions decide most draws.
     """
 
     def range_of(friction):

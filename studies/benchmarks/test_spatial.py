@@ -87,8 +87,8 @@ def test_steps_through_the_block_against_direct_ones(record_property, monkeypatc
 def test_memory_of_1600_nodes_in_stiffnesses(tmp_path, record_property):
     """Largest memory of a limit, in sizes of the stiffness.
 
-    The memory that the process holds after a small limit is subtracted. The small limit, too, needs
-    a path to the mean load, which compiles the increments.
+    The memory that the process holds after a small limit is subtracted. This small limit also
+    compiles the increments, on its path to the mean load.
     """
     contact = fo.scenes.SquarePunch(elements=39).condense()
     contact.save(tmp_path / "contact.npz")
@@ -119,7 +119,7 @@ def test_memory_of_1600_nodes_in_stiffnesses(tmp_path, record_property):
 
 
 def test_limit_and_safe_slip_of_2500_nodes(record_property):
-    """Each of both takes less than 180 s and 8 GB for the whole contact, proven from both sides."""
+    """Limit and safe slip each take less than 180 s and 8 GB, proven from both sides."""
     code = (
         "import resource, time, frictopt as fo\n"
         "contact = fo.scenes.SquarePunch(elements=49).condense()\n"

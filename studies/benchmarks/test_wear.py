@@ -1,6 +1,6 @@
 """Wear of a cylinder until it is worn in: processor time, and a comparison with explicit jumps.
 
-The jumps of cycles are near their limit of stability.
+The explicit jumps are nearly as long as stability allows.
 """
 
 import time
@@ -13,8 +13,8 @@ import frictopt as fo
 
 NODES, COEFFICIENT = 128, 1e-3
 ASKED = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), 0.5, 0.25
-# Share of the longest stable jump. After such a jump the stiffest pressure has changed its sign but
-# not its size.
+# Share of the longest stable jump, after which the stiffest pressure has changed its sign but not
+# its size.
 SHARE = 0.9
 
 

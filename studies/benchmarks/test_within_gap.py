@@ -67,7 +67,7 @@ def random_contact(rng, tangents, coupling, below=30):
 @pytest.mark.filterwarnings("ignore:shakedown_limit. stopped")
 @pytest.mark.parametrize(("coupling", "most_friction", "share"), [(0.6, 1.0, 1.0), (2.0, 3.0, 0.8)])
 def test_random_contacts(coupling, most_friction, share, record_property):
-    """No exact limit of 100 contacts is outside; this share ends within 1 % after 2000 steps."""
+    """No exact limit of 100 contacts is outside the gap; this share needs at most 2000 steps."""
     rng = np.random.default_rng(17)
     steps, norms = [], []
     for number in range(100):
@@ -76,7 +76,8 @@ def test_random_contacts(coupling, most_friction, share, record_property):
         closed = np.zeros(contact.nodes, dtype=bool)
         exact = fo.shakedown_limit(contact, cycle, f, open_nodes=closed)
         if exact.kind is fo.LimitKind.UNBOUNDED:
-            # Friction locks itself. The exact program proves it, so there are no steps to count.
+            # Friction wedges the contact. The exact program proves it, so there are no steps to
+            # count.
             limit = fo.shakedown_limit(contact, cycle, f, open_nodes=closed, gap=0.01)
             assert limit.kind is exact.kind
             continue

@@ -37,7 +37,7 @@ class Parameters:
     # Number of increments that approximate slow pressing.
     many: int = 40
     lap_elements: int = 100
-    # Thickness of the outer plate over half the overlap.
+    # Thickness of the outer plate divided by half the overlap.
     lap_thickness: float = 0.02
 
 
@@ -119,7 +119,7 @@ _MODULUS, _POISSON, _RADIUS, _FRICTION = 1e6, 0.3, 3.0, 0.4
 
 
 def _moose(parameters: Parameters) -> Iterator[Comparison]:
-    """A cylinder on rigid ground; the integral of the pressure of MOOSE is the force."""
+    """A cylinder on rigid ground; the force is the integral of the pressure of MOOSE."""
     E_star = _MODULUS / (1 - _POISSON**2)
     beta = dundurs((_MODULUS, np.inf), _POISSON)
     for name, steps in (("multipliers", 3), ("augmented", parameters.increments)):

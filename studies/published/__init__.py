@@ -1,1 +1,1 @@
-"""Results of others beside ours; see `study` for how to run it."""
+"""Results of others beside results of frictopt; see `study` for how to run it."""

@@ -103,9 +103,9 @@ def _bulk_stress(cylinder: fo.ContactSystem, cell: float, parameters: Parameters
 
     Under full slip the surfaces separate tangentially with the slope `2 f p_0 x / (E* a)`. The bulk
     stress adds `sigma / (2 E*)`, the strain `(1 - nu^2) sigma / E` of one of two equal bodies. A
-    corrective traction as in Hertz's theory removes both in the stick zone. Its middle is moved by
-    `e = a sigma / (4 f p_0)`, and its half-width is the half-width without bulk stress (Nowell &
-    Hills 1987).
+    corrective traction as in Hertz's theory removes both in the stick zone. The middle of this zone
+    is moved by `e = a sigma / (4 f p_0)`, and its half-width is the half-width without bulk stress
+    (Nowell & Hills 1987).
     """
     zones, residuals = [], []
     # Bonded reaction to a bulk stress of 1.
@@ -269,8 +269,8 @@ def work_of_springs(swing: float, share: float, phase: float, springs: int) -> f
     superposition of Jäger and Ciavarella equals uncoupled springs. Each spring touches above some
     normal force. Its pressure is the growth of D since then (see `work_of_both`, with a rigid
     motion that makes D rise), and it slips at f times this pressure. The springs are equally stiff
-    in both directions. The springs that touch at one force have together the stiffness of the
-    contact there, `1 / D'`. The second cycle is steady.
+    in both directions. Together, the springs that touch at a force have the stiffness of the
+    contact at this force, `1 / D'`. The second cycle is steady.
     """
     P = _CYLINDER.P
 
@@ -335,7 +335,7 @@ def force_on_rounded(half: float, flat: float) -> float:
 
     The punch is flat over `flat`, and its edges have the radius 1. `P = E* a^2 (pi - 2 phi - sin 2
     phi) / (4 R)` with `sin phi = flat / a` (Ciavarella, Hills & Monno 1998). It is `E*` times the
-    integral of the slope of the profile and `x / sqrt(a^2 - x^2)`. With the force `P - Q / f` the
+    integral of the slope of the profile times `x / sqrt(a^2 - x^2)`. With the force `P - Q / f` the
     contact is the stick zone (Ciavarella 1998, Jäger 1998).
     """
     phi = asin(min(1.0, flat / half))

@@ -34,12 +34,12 @@ class Parameters:
     rod_loads: tuple[float, ...] = (0.25, 0.5, 1.0)
     # Number of elements along the beam; four elements lie through each layer.
     beam_elements: int = 80
-    # Length over the thickness of a layer.
+    # Length of the beam divided by the thickness of a layer.
     beam_length: float = 20.0
     # Loads relative to the load at which the layers slip.
     beam_loads: tuple[float, ...] = (1.1, 1.5, 2.0, 3.0)
     lap_elements: int = 200
-    # Thickness of the outer plate over half the overlap.
+    # Thickness of the outer plate divided by half the overlap.
     lap_thickness: float = 0.02
     # Loads relative to the load at which the plates slide off.
     lap_loads: tuple[float, ...] = (0.2, 0.4, 0.6, 0.8, 0.95)
@@ -84,9 +84,9 @@ def _sliders(parameters: Parameters) -> Case:
 
 
 def _rod(parameters: Parameters) -> Case:
-    """Unit stiffness EA, friction and distance of the nodes.
+    """A rod of unit stiffness EA, with unit friction at each node and unit distance of the nodes.
 
-    A force of n units slips n nodes.
+    A force of n units makes n nodes slip.
     """
     n = parameters.rod_nodes
     rod = fo.ContactSystem.from_blocks(**foundation_rod(nodes=n + 2, EA=1.0, h=1.0))
@@ -112,7 +112,7 @@ def _rod(parameters: Parameters) -> Case:
 def beam(elements: int, length: float) -> fo.fem.ContactModel:
     """Two cantilevers of thickness 1, one on the other, under unit pressure.
 
-    The tip force is half a unit each. The roots cannot turn.
+    Each tip carries a force of half a unit. The roots cannot turn.
     """
     along, across = np.linspace(0.0, length, elements + 1), np.linspace(0.0, 1.0, 5)
     sides = {
@@ -148,8 +148,8 @@ def beam(elements: int, length: float) -> fo.fem.ContactModel:
 def beam_work(over: float, length: float) -> float:
     """Work of friction per cycle of two layers of unit thickness, pressure and modulus.
 
-    `over` is the tip force over the tip force of first slip. The whole interface slips from the
-    tip force `4 f p h / 3` on, at which the shear stress of one beam reaches f p. The slip is `(L^2
+    `over` is the tip force divided by the tip force at first slip. This force is `4 f p h / 3`: the
+    shear stress of one beam reaches f p, and the whole interface begins to slip. The slip is `(L^2
     - x^2) (3 F - 4 f p h) / (E h^2)` on the way up, and twice as large on the way back. So `W = 8 f
     p L^3 (F - 4 f p h / 3) / (E h^2)`, per width.
     """
@@ -241,8 +241,8 @@ def _lap_joint(parameters: Parameters) -> Case:
 def _corner(parameters: Parameters) -> Iterator[Case]:
     """Exponent and traction ratio of the singular modes near a corner.
 
-    The tractions are the sum of both singular modes and a regular term. If the weaker mode is
-    subtracted from q and p, the stronger mode is left.
+    The tractions are the sum of both singular modes and a regular term. In q minus the traction
+    ratio of the weaker mode times p, the weaker mode cancels.
     """
     system = fo.scenes.PunchOnHalfPlane(
         elements=parameters.corner_elements, grading=parameters.corner_grading

@@ -15,7 +15,7 @@ from .case import Array, Case, opposed
 
 # Friction of the node under loads out of phase.
 _FRICTION = 0.5
-# Its normal load, over the shear load and the mean pressure.
+# Amplitude of its normal load, relative to the shear load and to the mean pressure.
 _NORMAL = 0.8
 # Load factor at which the work of this node is computed.
 _LOAD = 1.2
@@ -88,10 +88,10 @@ def two_node_limits(
     """Both limits of two closed nodes, by the friction lines in the plane of their slips.
 
     Three of the four lines meet at a limit (Ahn, Bertocchi & Barber 2008). The slip of a node lies
-    between two lines, `n . v = a + lam b`. As the load grows they approach each other. lambda_2 is
-    the least load factor at which both lines of a node and the facing line of the other node meet
-    in a point. lambda_1 is the least load factor at which any three lines meet. The rule holds if
-    friction is so low that all four meetings have positive load factors.
+    between two lines, `n . v = a + lam b`. As the load grows, the two lines approach each other.
+    lambda_2 is the least load factor at which both lines of a node and the facing line of the other
+    node meet in a point. lambda_1 is the least load factor at which any three lines meet. The rule
+    holds if friction is so low that all four meetings have positive load factors.
     """
     q0, p0 = contact.reaction(cycle.mean)
     q1, p1 = contact.reaction(cycle.corners[1])
@@ -180,7 +180,8 @@ def _of_pair(friction: Callable[[fo.ContactSystem], float], _: float) -> float:
 def one_wedged(contact: fo.ContactSystem) -> float:
     """Friction with which the first of two nodes wedges while the second node is open.
 
-    It is the shear over the pressure of the first node per slip, with the second node free.
+    It is the ratio of shear to pressure at the first node when this node slips and the second node
+    is free.
     """
     # Slips come before gaps.
     kept, free = [0, 2], [1, 3]
@@ -195,7 +196,8 @@ def one_wedged(contact: fo.ContactSystem) -> float:
 def least_wedged(contact: fo.ContactSystem) -> float:
     """Least friction with which some slip of two nodes wedges.
 
-    It is the least value over all directions of the largest `|A v| / (B v)` with `B v > 0`.
+    It is the largest `|A v| / (B v)` of both nodes, made as small as possible by the direction of
+    the slip v. Both `B v` must be above 0.
     """
 
     def needed(angles: Array) -> Array:
@@ -220,7 +222,7 @@ def least_wedged(contact: fo.ContactSystem) -> float:
 def _first_infinite(
     contact: fo.ContactSystem, cycle: fo.LoadCycle, apart: npt.ArrayLike, bisections: int
 ) -> float:
-    """The least friction with an infinite shakedown limit with these nodes open.
+    """The least friction with which the shakedown limit, with these nodes open, is infinite.
 
     A slip that wedges holds any load, if it is large enough.
     """
@@ -288,7 +290,7 @@ def _sizes(phase: float) -> tuple[float, float, float, float]:
 def limit_at_phase(phase: float) -> float:
     """Load factor at which the two bounds of the slip meet.
 
-    It is `2 f P` over the sum of the amplitudes of `f N + Q` and `f N - Q`.
+    It is `2 f P` divided by the sum of the amplitudes of `f N + Q` and `f N - Q`.
     """
     plus, minus, *_ = _sizes(phase)
     return 2 * _FRICTION / (plus + minus)
@@ -299,8 +301,8 @@ def work_at_phase(phase: float) -> float:
 
     While the node slips forward, `v = lam R cos s - f P`, up to `v = lam R - f P`. R and s are the
     amplitude and the phase of `-(f N + Q)`. Backward slip is analogous. Each passage begins at the
-    v of the other end. Its work is the integral of `f p` over the slip, with the pressure `P + lam
-    N cos (s + delta)`.
+    slip at which the other passage ends. Its work is the integral of `f p` over the slip, with the
+    pressure `P + lam N cos (s + delta)`.
     """
     f, lam = _FRICTION, _LOAD
     plus, minus, at_plus, at_minus = _sizes(phase)

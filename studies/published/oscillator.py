@@ -1,6 +1,6 @@
 """An oscillator of three masses and two wedge faces, whose damping depends on residual tractions.
 
-A range that others sampled stands beside the range of a search.
+The range of a search is compared with a range that others sampled.
 """
 
 from collections.abc import Iterator

@@ -1,11 +1,11 @@
 """All sets of open nodes: limits of small contacts against brute force, and programs against nodes.
 
 Run with `python -m studies all_sets [--quick]`. Blocks on a rigid base and clamps of C shape are
-small finite-element models that lift off (`studies/validation/blocks.py`). Contacts in space are random,
-with nodes that the mean load leaves open. A set is missed if the limit of some set of open nodes is
-higher, by plain linear programs for each set, in space by `shakedown_limit` with the set given. A
-clamp is answered twice, with changes of its last digits. Only the column of seconds depends on the
-machine.
+small finite-element models that lift off (`studies/validation/blocks.py`). Contacts in space are
+random, with nodes that the mean load leaves open. A set is missed if some set of open nodes has a
+higher limit. The limit of each set comes from plain linear programs, in space from
+`shakedown_limit` with this set. A clamp is answered twice, with different changes of its last
+digits. Only the column of seconds depends on the machine.
 """
 
 import time
@@ -35,7 +35,7 @@ class Parameters:
     )
     in_space: tuple[tuple[int, int], ...] = tuple((nodes, 20) for nodes in (4, 5, 6, 7, 8))
     clamps: int = 20
-    # Largest numbers of nodes, in the plane and in space, of which every set is tried.
+    # Largest numbers of nodes, in the plane and in space, for which every set is tried.
     tried: tuple[int, int] = (8, 6)
     first_seed: int = 40_000
     # Relative size of the changes of a clamp.
@@ -97,7 +97,7 @@ def contacts(parameters: Parameters) -> Iterator[Row]:
 
 
 def missed(table: pd.DataFrame) -> pd.Series:
-    """Whether some set of open nodes has a limit that is higher by more than 1e-6 of it."""
+    """Whether some set of open nodes has a limit that is larger by a share of more than 1e-6."""
     best = table["every_set"].fillna(0.0)
     return best > table["load_factor"].fillna(0.0) * (1 + 1e-6) + 1e-9
 

@@ -45,8 +45,8 @@ _ROLL = 0.35
 def closed_forms(cells: int, seed: int) -> pd.DataFrame:
     """Limits of a cylinder beside known values; columns contact, known, limit, work at 0.001.
 
-    The number of cells limits only the accuracy of a rolling cylinder. `seed` makes the cycle of a
-    cylinder that rolls and is pressed at random.
+    The number of cells limits only the accuracy of a rolling cylinder. `seed` determines the cycle
+    of a cylinder that rolls and is pressed at random.
     """
     pressed = cylinder(cells, 1.6)
     rolling = cylinder(cells, 1.8)

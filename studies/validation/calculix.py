@@ -3,8 +3,8 @@
 Run with `python -m studies calculix [--quick]`; it needs `ccx` and prints two tables in Markdown.
 The first table checks statements about matrices and contact, each by small decks, see
 `calculix_statements.py`. The second table follows three histories of a block on a block.
-Displacements of its top are prescribed. The contact formulations of CalculiX and frictopt have the
-same mesh.
+Displacements of the top of the upper block are prescribed. The contact formulations of CalculiX and
+frictopt have the same mesh.
 """
 
 import shutil
@@ -168,7 +168,7 @@ def forces_of_calculix(
 
 
 def forces_of_frictopt(history: History, parameters: Parameters) -> Array:
-    """(m, 3) time, shear force and pressure of the contact, in as many increments."""
+    """(m, 3) time, shear force and pressure of the contact, in the same increments."""
     meshes = {
         name: MeshQuad.init_tensor(*axes) for name, axes in lines(history, parameters).items()
     }
@@ -203,7 +203,7 @@ def forces_of_frictopt(history: History, parameters: Parameters) -> Array:
 
 
 def work_of_last_cycle(forces: Array, history: History) -> float:
-    """Work of the top in the last two segments of the history, per unit depth."""
+    """Work done by the top in the last two segments of the history, per unit depth."""
     corners = np.array([(0.0, 0.0), *history.corners])
     x = np.interp(forces[:, 0], np.arange(len(corners)), corners[:, 0])
     in_cycle = forces[:, 0] >= len(history.corners) - 2 - 1e-9

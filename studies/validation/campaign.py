@@ -37,7 +37,7 @@ class Parameters:
     workers: int = 2
     # Number of ended tasks after which a worker is killed.
     killed_after: int = 80
-    # One start in so many is repeated in this process.
+    # One start in this many is repeated in this process.
     repeated: int = 50
     seed: int = 0
 
@@ -47,7 +47,7 @@ QUICK = Parameters(elements=8, load_factors=4, starts=5, killed_after=3, repeate
 
 
 class Killing(Executor):
-    """An executor that calls a function once, after so many of its tasks have ended."""
+    """An executor that calls a function once, after a number of its tasks have ended."""
 
     def __init__(self, executor: Executor, after: int, kill: Callable[[], None]) -> None:
         self._executor = executor

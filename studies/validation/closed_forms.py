@@ -1,9 +1,10 @@
 """Closed forms of contacts with one node, of sliders, and of contacts whose nodes do not interact.
 
-Their load swings between two corners: bonded reactions `r0 + lam * s * r1` with `s = -1, +1`,
-tangential parts `q0, q1` along +x, normal parts `p0, p1` positive in compression. A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with
-Coulomb friction, International Journal of Solids and Structures 44, 8355-8365: they show which
-contacts shake down from every start. The expressions follow from equal bounds of the slip.
+Their load swings between two corners. The bonded reactions are `r0 + lam * s * r1` with `s = -1,
++1`. Their tangential parts are `q0, q1` along +x, and their normal parts `p0, p1`, positive in
+compression. The limits follow from equal bounds of the slip. Which contacts shake down from every
+start: A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems
+with Coulomb friction, International Journal of Solids and Structures 44, 8355-8365.
 """
 
 from collections.abc import Iterator
@@ -22,8 +23,8 @@ def uncoupled_limit(
 
     Uncoupled means `B = 0`; proportionally coupled means `B = D A` with `D = diag(d)`. With `B = D
     A` slip enters the law of node i only through its own `t_i = (A v)_i`, as `q += t` and `p += d
-    t`, and `A v = t` has a solution for every `t` when A is positive definite. So each node acts
-    like a single node of stiffness 1 and coupling `d`, and the weakest node governs::
+    t`. If A is positive definite, `A v = t` has a solution for every `t`. So each node acts like a
+    single node of stiffness 1 and coupling `d`, and the weakest node governs::
 
         lambda = min over nodes of  f (p0 - d q0) / max(|q1 - f^2 d p1|, f |p1 - d q1|)
 
@@ -50,7 +51,7 @@ def uncoupled_limit(
     """
     q0, p0, q1, p1, f, d = np.broadcast_arrays(q0, p0, q1, p1, f, d)
     strength = f * (p0 - d * q0)
-    # A strength of zero has the rounding of the terms that cancel.
+    # A strength of zero may be off by the rounding of terms that cancel.
     terms = f * (np.abs(p0) + np.abs(d * q0))
     if (strength < -ROUNDING * terms).any():
         return float("nan")

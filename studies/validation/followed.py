@@ -27,9 +27,9 @@ _DECADES = (-1.0, 1.0)
 class Parameters:
     """Parameters of the study.
 
-    The seed is the seed of the first contact; the following contacts have the following seeds.
-    Below each limit transients start from the witness, and from as many random slips as `starts`
-    says. The load factors `below` and `above` are relative to the limit.
+    `seed` is the seed of the first contact; each further contact has the next seed. Below each
+    limit, transients start from the witness and from `starts` random slips. The load factors
+    `below` and `above` are relative to the limit.
     """
 
     contacts: int = 300

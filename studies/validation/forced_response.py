@@ -2,10 +2,10 @@
 
 Run with `python -m studies forced_response [--quick]`; it prints three tables in Markdown. The
 structures are an oscillator of two masses and a wedge between them (Balaji and Ferhatoglu), and a
-light and a heavy block on four springs with friction, whose edges lift off as it rocks. The time
+light and a heavy block on four springs with friction, whose edges lift off as they rock. The time
 integration is explicit and shares no code with the package. It begins at rest and sweeps the
-frequency down, and up in a second run. The larger of both peaks counts. Besides there are random
-joints of one mass, which is shaken from rest at a frequency that follows its resonance.
+frequency down, and up in a second run. The larger of both peaks counts. There are also random
+joints of one mass. The mass is shaken from rest at a frequency that follows its resonance.
 """
 
 from collections.abc import Callable, Iterator, Mapping

@@ -1,7 +1,7 @@
 """One mass on a joint of several nodes that slip and lift off, and its time integration.
 
-The nodes move each other, so that they begin to slip one by one. The integration shares no code
-with the package: nodes are followed one after another until all of them obey the contact law.
+The nodes are coupled, so that they begin to slip one by one. The integration shares no code with
+the package: nodes are followed one after another until all of them obey the contact law.
 """
 
 from dataclasses import dataclass
@@ -90,8 +90,8 @@ class JointedMass:
 def _obey(K, at_rest, preload, friction, motion):  # type: ignore[no-untyped-def]
     """Change slips and gaps (2 m,) so that all nodes obey the contact law.
 
-    Semi-smooth Newton: nodes stick, slip or are open, the forces are linear for these states, and
-    the states follow from the forces until they stay.
+    Semi-smooth Newton method: while nodes stick, slip or are open, the forces are linear. The
+    states follow from the forces, until no state changes.
     """
     m = len(preload)
     before = motion.copy()
@@ -120,8 +120,9 @@ def _obey(K, at_rest, preload, friction, motion):  # type: ignore[no-untyped-def
 def _locked(K, loads, preload, friction, force, damping):  # type: ignore[no-untyped-def]
     """Amplitude from rest, and angular frequency, at which the motion lags by 90 degrees.
 
-    Central differences. After each cycle the frequency changes by the error of the lag, slowly
-    compared with the damping, whose ratio is `force / (2 amplitude omega^2)` at the peak.
+    The motion is integrated by central differences. After each cycle, the error of the lag changes
+    the frequency, slowly compared with the damping. At the peak, the damping ratio is `force / (2
+    amplitude omega^2)`.
     """
     steps = 200
     slowness = 0.5
@@ -145,7 +146,7 @@ def _locked(K, loads, preload, friction, force, damping):  # type: ignore[no-unt
         # The sine of the error of the lag is below 0 above the resonance.
         ahead = cosine / np.hypot(cosine, sine)
         change = 1 + slowness * ratio**2 * 2 * np.pi * ahead
-        # The velocity stays.
+        # The new frequency must not change the velocity.
         before = x - (x - before) / change
         omega *= change
         passed += ratio

@@ -1,4 +1,4 @@
-"""Time saved by `simplify=True`, by computation; the answers are the same.
+"""Time that `simplify=True` saves in each computation; the answers are the same.
 
 Run with `python -m studies left_out [--quick]`; it prints the times in Markdown. Each time is the
 processor time of one call as a user makes it. The call builds and compiles its model; condensation

@@ -1,8 +1,9 @@
 """Random coupled contacts whose nodes open and close in each cycle, compared with transients.
 
-`contact` makes the contact of a seed. `python -m studies.validation.moving_events FIRST COUNT` prints how
-many limits events raise, and how many contacts shake down above their limit from some start.
-`limits_of_two_materials` computes the limits of a cylinder for several values of Dundurs' constant.
+`contact` makes the contact of a seed. `python -m studies.validation.moving_events FIRST COUNT`
+prints how many limits are larger with events, and how many contacts shake down above their limit
+from some start. `limits_of_two_materials` computes the limits of a cylinder for several values of
+Dundurs' constant.
 """
 
 import sys

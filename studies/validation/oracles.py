@@ -105,7 +105,7 @@ def off_bounds(
     node: int,
     corners: tuple[int, ...],
 ) -> float:
-    """Distance of a node from its bounds of forward slip at one corner, backward slip at another.
+    """Distance of a node from both bounds: of forward slip at one corner, of backward at another.
 
     The larger of both distances is returned, over the force scale. The rounding error is
     subtracted as in `excess`.

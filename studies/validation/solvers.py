@@ -2,11 +2,11 @@
 
 Run with `python -m studies solvers [--quick]`; it prints a table in Markdown. frictopt solves
 reduced programs in units of their size, and checks each answer. A user who solves a printed problem
-has neither. So each problem is written for the same contact in units of force from 1e-9 to 1e9, and
-each answer is compared with the answer that frictopt proved.
+has neither advantage. So each problem is written for the same contact in units of force from 1e-9
+to 1e9, and each answer is compared with the answer that frictopt proved.
 
-`python -m pip install` of the packages in `PACKAGES` installs the solvers; the table has the
-installed solvers. Each solver has a process, which ends after a time limit.
+The table has the solvers that are installed: `python -m pip install` installs the packages in
+`PACKAGES`. Each solver runs in a process of its own, which ends after a time limit.
 """
 
 import os
@@ -160,10 +160,10 @@ def _increment(
 def solved(packed: bytes, solver: str, options: Mapping[str, Any]) -> dict[str, Any]:
     """Status, relative error, processor time and solver of one solution, in this process.
 
-    Errors of the solver are statuses: `not taken` if cvxpy finds that the solver does not take this
+    Errors of the solver become statuses, such as `not taken` if the solver does not accept this
     kind of problem.
     """
-    # Solvers print banners from compiled code, which only the file descriptors catch.
+    # Compiled code of solvers prints banners, which only the file descriptors can silence.
     for stream in (1, 2):
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
     printed: PrintedProblem = pickle.loads(packed)

@@ -1,4 +1,4 @@
-"""Load factors that are safe with nodes that stay open, for all sets of them.
+"""Load factors that are safe with nodes that stay open, for all sets of open nodes.
 
 Plain linear programs of scipy have the slips of the closed nodes as unknowns. They share no code
 with the search of open nodes.
@@ -28,7 +28,7 @@ def interval_of_set(
     f = np.broadcast_to(friction, n)
     closed = np.flatnonzero(~opened)
     free = np.flatnonzero(np.tile(opened, 2))
-    # Rounding of a condensed stiffness makes a motion that nothing holds this soft.
+    # In a condensed stiffness with rounding, a motion that nothing holds is this soft.
     if len(free) and np.linalg.cond(S[np.ix_(free, free)]) > 1e12:
         return None
     mean = np.concatenate(system.reaction(cycle.mean)) / force
@@ -66,7 +66,7 @@ def interval_of_set(
 def intervals(
     system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any
 ) -> Iterator[tuple[float, float]]:
-    """The intervals of all sets but that of all nodes."""
+    """The intervals of all sets except the set of all nodes."""
     for opened in product((False, True), repeat=system.nodes):
         if not all(opened):
             found = interval_of_set(system, cycle, friction, np.array(opened))
@@ -89,7 +89,7 @@ def intervals_in_space(
 
 
 def reach(known: list[tuple[float, float]], load_factor: float, alike: float = 1e-7) -> float:
-    """The load factor up to which all are safe from `load_factor` on, with one set or another."""
+    """The end of the safe load factors that begin at `load_factor`, each safe with some set."""
     for least, largest in sorted(known):
         if least <= load_factor * (1 + alike) + alike:
             load_factor = max(load_factor, largest)

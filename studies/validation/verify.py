@@ -128,10 +128,10 @@ def verify(
 
     Each transient begins at the mean of the load corners, where a contact with a safe slip sticks.
     The mean load may differ from this mean. The starts below the limit are vertices of the set of
-    safe slips (at the load factor, and under the mean load), up to three times these vertices, and
-    random slips of a tenth to a hundred times the size of the witness. If the mean load is not
-    safe, half of the starts are tested just above the least safe load factor. Load factors below it
-    are not tested.
+    safe slips (at the load factor, and under the mean load), multiples of these vertices by factors
+    up to three, and random slips of a tenth to a hundred times the size of the witness. If the mean
+    load is not safe, half of the starts are tested just above the least safe load factor. Load
+    factors below it are not tested.
 
     If nodes are open, all starts below the limit are random. If friction at the closed nodes can
     hold the slip of a start, the transient begins with the gaps that the open nodes have under this

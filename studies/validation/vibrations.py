@@ -129,7 +129,7 @@ def rocking(mass: float = 0.4, top: float = 6.0) -> Structure:
 
 @numba.njit(cache=True)
 def _steps(u, v, s, dt, mass, K, C, contacts, static, force, out, weights):  # type: ignore[no-untyped-def]
-    """One period by central differences: velocities stand half a step after the displacements.
+    """One period by central differences: velocities are half a step later than displacements.
 
     Changes u, v and the slips s; `out` becomes the weighted sum of the displacements at each step.
     """

@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     import cvxpy as cp
 
 # Tolerance of a slip that was read from a file. It is wider than the tolerance of an answer,
-# because another processor may round a residual to a value just above the latter.
+# because on another processor rounding may lift a residual just above that tolerance.
 _SLIP = 10 * RESIDUAL
 # Relative tolerance for the forces of a mechanism, which balance only up to the tolerance of
 # solvers.
@@ -270,9 +270,9 @@ class Answered(Recorded, Plotted):
         Columns: node, contact (if several), x (x, y, z in space), event ("opens" or "closes"), way,
         loads (at this place, for load factor 1). The way counts segments: 2.5 is half way from
         corner 2 to the next one. If the load goes to and fro on a line, the way is 0 at one end and
-        1 at the other. Only events on the way there are then listed, because the way back has them
-        in reverse. But if normal loads alone open and close nodes, all events of the cycle are
-        listed. The table is empty if no node opens and closes.
+        1 at the other. The table then has only the events from the first end to the other, because
+        the way back has them in reverse. But if normal loads alone open and close nodes, it has all
+        events of the cycle. The table is empty if no node opens and closes.
         """
         import pandas as pd  # imported here, because only tables need it
 
@@ -422,7 +422,7 @@ class Proven(Answered, Explained):
 
     @property
     def _by_friction(self) -> Array:
-        """(N,) rate with the friction of each node: multipliers of its bounds, times pressures."""
+        """(N,) rate with each node's friction: multipliers of its bounds, times its pressures."""
         _, _, p = self._instants
         if self._question.moves:
             # In this program a corner is not the same instant at each node.

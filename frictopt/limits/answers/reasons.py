@@ -141,7 +141,7 @@ def reason_of_last_rest(limit: ShakedownAnswer, following: MovingAreas | None, l
 
 
 def _at(question: Question, node: int) -> dict[str, object]:
-    """The values of a sentence on a node."""
+    """The values that a sentence about a node needs."""
     return {"node": node, "contact": in_contact(question.system, node)}
 
 
@@ -274,7 +274,7 @@ def _slides_freely(limit: ShakedownAnswer) -> bool:
 
 
 def _start(limit: ShakedownAnswer) -> tuple[str, str]:
-    """Two phrases: the load factor at which safe slips begin, and the load factors below it."""
+    """Two phrases: from which load factor on slips are safe, and what holds below it."""
     least = limit.least
     if np.isnan(least):
         return " from some on", START_UNKNOWN

@@ -83,7 +83,7 @@ class LeastSlip(Kept):
 
     @property
     def total(self) -> float:
-        """Proven least sum over the nodes of the slip between corners, length.
+        """Proven lower bound of the slip between corners, summed over the nodes, length.
 
         It holds while all nodes are closed. Inf if no cycle keeps all nodes closed.
         """
@@ -161,8 +161,8 @@ class ShakedownAnswer(Proven):
     def check_kept(self) -> None:
         """Check the numbers, slip and mechanism of a limit from a file; ValueError if one is wrong.
 
-        Only the slip is checked if there is a slip bound or rows of the user, which have further
-        multipliers, or if nodes open and close, which needs another proof.
+        Only the slip is checked if the proof would need more: with a slip bound or rows of the
+        user, which have further multipliers, or with nodes that open and close.
         """
         question = self._question
         plain = type(question) is Question and question.slip_bound is None
@@ -210,7 +210,7 @@ class ShakedownAnswer(Proven):
 
     @cached_property
     def friction_rate(self) -> Array:
-        """(N,) rate of the limit with the friction of each node; the sum is for all nodes at once.
+        """(N,) rate of the limit with the friction of each node; the sum is the rate for all nodes.
 
         If the mechanism is not unique the limit has a kink, and this is one of its supergradients.
         NaN without a finite limit. ModelError for a limit with a gap.
@@ -303,7 +303,7 @@ class ShakedownAnswer(Proven):
 
     @property
     def programs(self) -> int:
-        """The number of programs of the search of open nodes; 0 if they were given."""
+        """The number of programs of the search of open nodes; 0 if the open nodes were given."""
         return self._searched.programs
 
     @property

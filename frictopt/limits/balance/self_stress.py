@@ -1,6 +1,6 @@
 """Contact forces that balance themselves, and the load at which transients slide off.
 
-Statics takes all forces within friction that balance the loads to be possible. Without loads these
+For statics, all forces within friction that balance the loads are possible. Without loads these
 forces form a cone: the contact forces within friction that balance themselves in all rigid motions,
 and press somewhere. The cone contains only zero for a block on a plane. Then the loads bound all
 contact forces, and equilibrium is sufficient. It contains more for a shaft in a shrunk hub, a plate
@@ -28,8 +28,8 @@ from ...errors import NoContinuation, SolverError
 # Load factor of the first transient, divided by the sliding-off load by statics. If this load is
 # infinite, the unit of the loads takes its place.
 _START = 1e-2
-# Share of the load factor of statics, or of the load factor at which first cycles end. If a
-# transient goes on at this share, it confirms that load factor.
+# A transient that goes on at this share of a load factor confirms it: the load factor of statics,
+# or the load factor at which first cycles end.
 _END = 0.99
 # Largest load factor that is tried, over the unit of the loads, if statics gives an infinite one.
 _END_WITHOUT_STATICS = 1e6
@@ -70,8 +70,8 @@ def sliding_off(
 ) -> Bracket:
     """A bracket of the load factor above which transients from no slip find no continuation.
 
-    `statics` is the load factor of statics, up to which they are followed. After `seconds` the
-    search ends, and the result is the bracket known by then.
+    Transients are followed up to `statics`, the load factor of statics. After `seconds` the search
+    ends, and the result is the bracket known by then.
     """
     # Imported here, because limits of other contacts need neither transients nor their compiler.
     from ...transients.cycles import Run
@@ -157,7 +157,9 @@ def _load_unit(system: ContactSystem, cycle: LoadCycle) -> float:
 def _approached(
     end_at: Callable[[float], str], start: float, end: float, bracket: Bracket, tolerance: float
 ) -> Iterator[Bracket]:
-    """Ever narrower brackets in which transients begin to end; `end_at` says why one ends, or "".
+    """Ever narrower brackets of the load factor at which transients begin to end.
+
+    `end_at` says why the transient at a load factor ends; "" if it goes on.
 
     Load factors shrink or grow until one is known at which a transient goes on, and one at which it
     ends. Then the bracket is halved.

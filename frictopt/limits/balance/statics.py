@@ -72,7 +72,7 @@ class CornerAnswer:
     bound: float
     residual: float
     phi: Array
-    forces: Array  # (M,) forces that balance the load factor; NaN if there is no such load factor
+    forces: Array  # (M,) forces that balance the load at the load factor; NaN if there is none
     record: SolveRecord = SolveRecord()
 
 
@@ -103,7 +103,7 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
         y: Array | None = None,
         forces: Array = no_forces,
     ) -> CornerAnswer:
-        """The claim with the motion of multipliers.
+        """The claim, with the motion that the multipliers y give.
 
         The residual includes both errors of the motion, see `error_of_motion`.
         """
@@ -139,7 +139,7 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
 
 
 def balance_program(rows: list[Rows], units: Array, sense: float) -> Arrays:
-    """The largest (sense 1) or least load factor, >= 0, of forces that obey some rows.
+    """The program of the largest (sense 1) or least load factor, >= 0, under some rows.
 
     The load factor is the last quantity; `units` are those of all quantities.
     """
@@ -173,8 +173,8 @@ def drives(N: Array, r: Array) -> bool:
 def _load_unit(question: Question, N: Array, r0: Array, r1: Array) -> float:
     """Load factor at which the cyclic load is as large as the mean load can hold.
 
-    The shear work of the cyclic load is compared with the friction of the mean load, its work in
-    normal motions with the mean load itself.
+    The shear work of the cyclic load is compared with the friction of the mean load, and its work
+    in normal motions with the mean load itself.
     """
     friction = min(float(question.friction.max()), 1.0) or 1.0
     shear = len(r1) - question.system.nodes
@@ -188,7 +188,7 @@ def _load_unit(question: Question, N: Array, r0: Array, r1: Array) -> float:
 # Motions below this share of the largest one are reported as zero: this is the error of cone
 # solvers.
 MOVES = 1e-4
-# Nodes move as one body if each is off its motion by at most this share of the largest motion.
+# Nodes move as one body if each is off the body's motion by at most this share of the largest one.
 _FIT = COUNTS
 # Largest number of contacts, and of motions, that a reason names.
 _MOST_PARTS = 3
@@ -293,7 +293,7 @@ _TOLERANCE = 1e-6
 
 
 class FaceLoad(NamedTuple):
-    """The reactions (M,) of a corner, and a state with the distribution of the normal forces.
+    """The reactions (M,) of a corner, and a state that shows how normal forces are distributed.
 
     `constant` does not depend on the load factor, and `shear` is the part of `constant` that drives
     bodies. A load factor of 1 adds `cyclic`. The state has normal forces `p` (N,) under the load

@@ -73,8 +73,8 @@ class Design(Answered, Explained):
     prices
         Name of each user constraint -> the rate, >= 0, at which the load factor (or the objective)
         grows if the constraint is relaxed, in your units and in the shape of the constraint. For
-        an equation it is the rate with respect to the right side. If the best design is not unique,
-        the rates need not be unique either.
+        an equation it is the rate as the right side grows, of either sign. If the best design is
+        not unique, the rates need not be unique either.
     record
         Solver, attempts and time. Its `residual`, at most 1e-9, is the largest of three errors: the
         violation of the contact law by the slips at all corners with the design built in, the
@@ -258,7 +258,7 @@ class DesignSearch:
             open_nodes = self._nodes_that_open(open_nodes)
 
     def compare(self, loose: LooseNodes, scenarios: int) -> None:
-        """Bound the designs of all sets of open nodes, until no other set may have a better one."""
+        """Bound the designs of all sets of open nodes, until no set may have a better design."""
         branches = Branches(loose, lambda: self._wanted, partial(self._bound_of, scenarios))
         programs = 0
         while branches.left and programs < MOST_COMPARED:
@@ -267,7 +267,7 @@ class DesignSearch:
             branches.step()
         best = -np.inf if self.best is None else self.best.value
         others = [design.value for design in self._uncounted.values() if design is not None]
-        # Such a design may be safe under the mean load with other open nodes.
+        # A design of this value may be safe under the mean load with other open nodes.
         others += [
             design._without_mean_load
             for design in self.counted

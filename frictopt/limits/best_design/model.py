@@ -78,7 +78,7 @@ class DesignModel(SafeModel):
     Attributes
     ----------
     load_factor, slip, q, p
-        As in `ShakedownModel`, with the design.
+        As in `ShakedownModel`, for the contact with the design.
     preload
         (J,) amplitudes that the design adds to the mean load, in the order of `preloads`; None if
         there are no preloads.

@@ -3,7 +3,7 @@
 - `cones.py`: the contact law at all corners as cones of the residual shear. It has the matrix T of
   the pressures that this shear changes. It turns a state into a slip, and multipliers into a
   mechanism.
-- `search.py`: the first-order method that finds rough states and multipliers. From them it proves a
-  load factor to be safe and a larger one not to be safe, or finds the least friction with a safe
+- `search.py`: the first-order method that finds rough states and multipliers. From them it proves
+  that one load factor is safe and a larger one is not, or finds the least friction with a safe
   slip.
 """

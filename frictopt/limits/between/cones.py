@@ -93,7 +93,7 @@ class Cones:
         return (flat - self.slides @ (self.slides.T @ flat)).reshape(shear.shape)
 
     def effects(self, shear: Array) -> Array:
-        """(t + 1, R) sides of the rows that residual shear (t, N) adds, at each corner."""
+        """(t + 1, R) what residual shear (t, N) adds to the sides of the rows, at each corner."""
         pressure = self.pressing @ shear.ravel().astype(self.pressing.dtype)
         return np.vstack([shear[:, self.node] * self.sheared, self.slope * pressure[self.node]])
 

@@ -90,7 +90,7 @@ class Multipliers(NamedTuple):
 
 
 def mechanism(cones: Cones, moves: Array, rounds: int, enough: float, usable: float) -> Multipliers:
-    """Rough multipliers as a mechanism, by at most as many rough products as `rounds`.
+    """Rough multipliers as a mechanism, by at most `rounds` rough products.
 
     The rounds end if the sum of the stresses, relative to the largest move, is at most `enough`. If
     it stays above `usable`, the multipliers prove nothing, because residual shear may be larger
@@ -125,11 +125,12 @@ def mechanism(cones: Cones, moves: Array, rounds: int, enough: float, usable: fl
 
 # Largest number of steps.
 _MOST = 3000
-# Numbers of steps from one check of the bounds to the next, and from one look at the error.
+# Numbers of steps between two checks of the bounds, and between two looks at the error.
 _CHECK = 25
 _LOOK = 10
-# A restart is due if the error has fallen to the first share of its value at the last restart;
-# if it has fallen to the second share and rises again; or after the third share of all steps.
+# A restart is due in three cases: the error has fallen to the share `_FALLEN` of its value at the
+# last restart; it has fallen to `_RISING` and rises again; or the share `_LONG` of all steps has
+# passed.
 _FALLEN = 0.2
 _RISING = 0.8
 _LONG = 0.36
@@ -141,7 +142,7 @@ _LOAD = 0.3
 _HEAVIEST = 1e6
 # Length of a step, relative to the largest that converges.
 _STEP = 0.95
-# Power steps for the norm, and the factor by which their result may be too small.
+# Number of power steps for the norm, and the factor by which their result may be too small.
 _POWERS = 8
 _SHORT_BY = 1.1
 # Rounds, `enough` and `usable` of `mechanism`, for multipliers that guide and for those that prove.
@@ -174,8 +175,8 @@ def most_room(cones: Cones) -> Method:
     """Look for residual shear that is safe at load factor 0, or for a proof that there is none.
 
     The least room of a row takes the place of the load factor. It is counted from one unit below
-    the least room of the first state. Above `Method.enough` it proves that the shear is safe; if
-    its bound is below, no shear is safe.
+    the least room of the first state. Above `Method.enough` it proves that the shear is safe. If
+    its bound is below `Method.enough`, no shear is safe.
     """
     first = cones.at(0.0, cones.relaxed())
     least = float(margins(first.rows).min()) - 1.0
@@ -325,7 +326,7 @@ def _norm(cones: Cones) -> float:
 
 
 def _in_cones(rows: Array) -> Array:
-    """The nearest sides (K, t + 1, R) whose rows obey `|shear| <= bound`."""
+    """The nearest sides (K, t + 1, R) that obey `|shear| <= bound`."""
     size = np.linalg.norm(rows[:, :-1], axis=1)
     bound = rows[:, -1]
     mean = ((size + bound) / 2).clip(0.0)
@@ -342,8 +343,8 @@ TRIED = tuple(4.0**k for k in range(8))
 # Ratio `too_little / enough` that is assumed as long as no friction is proven too little.
 _LOWER = 1 / 16
 # If the two frictions are within three gaps, the next friction is this share of the gap below
-# `enough`. If it is too little, the bracket is within the gap. It is not tried near `too_little`,
-# because `enough` is usually the better of the two.
+# `enough`. If it is too little, the bracket is within the gap. The next friction lies close to
+# `enough`, because `enough` is usually the better of the two.
 _CLOSE, _SHARE = 3.0, 0.9
 
 
@@ -415,7 +416,7 @@ class FrictionBracket:
         return before != (self.too_little, self.enough)
 
     def proof(self, question: Question) -> tuple[Mechanism, float]:
-        """The mechanism that proves `too_little`, the friction of the question, and an error.
+        """The mechanism that proves that the friction of the question is `too_little`; its error.
 
         The error is the larger of two: the violation of a row by `shear`; and the work that the
         multipliers do because they do not balance exactly, divided by the sum of their lifts.

@@ -3,9 +3,9 @@
 Instants are the corners and the events, in the order in which the load meets them. At event m the
 load is at an unknown place of a leg between two corners. The limit of a given order is a linear
 program, in space a cone program (theory, "Nodes that open and close in each cycle"). At an instant,
-A, B and the loads are those of the contact in which a node is closed if it is closed before or
-after the instant. An *episode* is a time in which a node is closed, from a closing to its next
-opening. In each episode the node has one slip.
+a node counts as closed if it is closed before or after it; A, B and the loads are those of this
+contact. An *episode* is a time in which a node is closed, from a closing to its next opening. In
+each episode the node has one slip.
 
 If all corners lie on a line, the states of rest along a leg between the two ends of the line are a
 function of the load. So the two ends represent all turning points between them.

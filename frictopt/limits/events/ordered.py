@@ -43,7 +43,8 @@ class Forces:
     effects
         Name of an unknown -> forces due to its units at each instant, (m, M) or (m, M, k).
     responses, response_of
-        Forces due to the slip, (M, t N) each; which of them holds at each instant, (m,).
+        Forces due to unit slips, (M, t N) each; and (m,) the number of the response at each
+        instant.
     """
 
     start: Array
@@ -53,7 +54,7 @@ class Forces:
 
 
 def forces_of_order(question: LiftOff, load_factor: float | None, about: About | None) -> Forces:
-    """The forces at all instants, where events move along their legs, see `About`."""
+    """The forces at all instants, for events that move along their legs; see `About`."""
     axes = question.system.tangents
     count, entries = len(question.sets), len(question.system.S)
     start = np.zeros((count, entries))
@@ -93,11 +94,12 @@ def forces_of_order(question: LiftOff, load_factor: float | None, about: About |
 def _moved_by_event(
     question: LiftOff, m: int, event: int, load_factor: float | None, about: About | None
 ) -> tuple[Array, Array, Array]:
-    """The forces (M,) that change as an event moves along its leg, and two corrections.
+    """The change (M,) of the forces as an event moves along its leg, and two corrections.
 
     The corrections are zero unless the forces contain the product of the load factor and the place
-    of the event, because fixed and scaled loads both vary. The product is then linear about given
-    values of both: a constant is taken off the forces, and a rate with the load factor is added.
+    of the event, because fixed and scaled loads both vary. The product is then linearised about
+    given values of both: a constant is taken off the forces, and a rate with the load factor is
+    added.
     """
     at_zero, scaled = _changes(question, m)
     fixed_varies, scaled_varies = varying(question, question.at[m].leg)
@@ -105,7 +107,7 @@ def _moved_by_event(
         nothing = np.zeros_like(scaled)
         return at_zero if fixed_varies else scaled, nothing, nothing
     at = (load_factor if about is None else about.load_factor) or 0.0
-    # With a given load factor the forces are linear in the place as they are.
+    # With a given load factor the forces are linear in the place, and need no correction.
     place = 0.0 if about is None or load_factor is not None else about.places[event]
     rate = place * scaled
     return at_zero + at * scaled, at * rate, rate

@@ -127,7 +127,7 @@ class _Equations:
         return np.asarray(np.linalg.lstsq(np.vstack(rows), np.vstack(right), rcond=ROUNDING)[0])
 
     def _forces(self, m: int, touching: Booleans) -> tuple[Array, Array]:
-        """Forces at the touching nodes of an instant: factors of the slips, (rows, 2) constants.
+        """Forces at touching nodes of an instant: coefficients of the slips, (rows, 2) constants.
 
         The nodes without pressure follow the nodes with pressure.
         """
@@ -218,7 +218,7 @@ class MovingAreas(Question):
 
     @cached_property
     def unsolved(self) -> Array:
-        """(2, M, t, R) shear forces that the equations of the rim leave over; rounding is zero.
+        """(2, M, t, R) shear forces that the equations of the rim leave over; 0 if only rounding.
 
         Index 0 is the part at load factor 0, index 1 the rate with the load factor.
         """
@@ -269,7 +269,7 @@ class MovingAreas(Question):
         return u[at_corner], r[at_corner]
 
     def completed(self, load_factor: float, slip: Array) -> Array:
-        """A slip of the nodes that never open, together with that of the rim at the last corner."""
+        """A slip of the nodes that never open, completed by the rim's slip at the last corner."""
         u, _ = self.states(load_factor, slip)
         return u[-1, :-1].T.reshape(slip.shape)
 

@@ -94,7 +94,7 @@ def _to_next_event(*states: tuple[Array, Array]) -> float:
 
 
 class _NormalProblem:
-    """The normal problem for one stiffness, with zeros that fit the size of given reactions."""
+    """The normal problem for one stiffness; what is rounding beside given reactions is zero."""
 
     def __init__(self, C: Array, corners: Array) -> None:
         self._C = C
@@ -120,7 +120,7 @@ class _NormalProblem:
         return opened, *states(self._C, np.stack([first, change]), opened)
 
     def _open_by_rates(self, opened: Booleans, touching: Booleans, change: Array) -> Booleans:
-        """The open nodes after an event, if the reactions change: `opened` and some of `touching`.
+        """The open nodes after an event, as reactions change: `opened` and some of `touching`.
 
         The rates of pressures and gaps of the touching nodes solve a normal problem, too.
         """
@@ -203,7 +203,7 @@ def _open_nodes(C: Array, reactions: Array, force: float, length: float) -> Bool
 
 @dataclass(frozen=True, eq=False)
 class Statuses:
-    """Which of N nodes press before and after each of M instants; the last is before the first."""
+    """Which of N nodes press before and after each of M instants of a closed cycle."""
 
     before: Booleans  # (M, N) in the interval that ends at the instant
     after: Booleans  # (M, N) in the interval that begins there

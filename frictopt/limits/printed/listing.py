@@ -52,7 +52,7 @@ def fill(
     if solved.status == OPTIMAL:
         for row in rows:
             defined = row.args[0].variables() if isinstance(row, cp.constraints.Equality) else []
-            # Equations that define an unknown have its name.
+            # An equation that defines an unknown has the name of the unknown.
             if len(defined) == 1 and defined[0].name() == row.label:
                 value = np.reshape(row.args[1].value, defined[0].shape, order="F")
                 defined[0].save_value(value)
@@ -304,7 +304,10 @@ def _unknowns_of(solved: Solved, load_factor: Any = None) -> tuple[Unknowns, cp.
 def _rows(
     question: Question, x: Unknowns, f: Any, extended: bool, friction: Any = None
 ) -> list[Row]:
-    """The rows of a state of rest; all corners and all slips if `extended` by rows of the user."""
+    """The rows of a state of rest.
+
+    They cover all corners and all slips if `extended` by rows of the user.
+    """
     corners = [*x.q] if extended else question.listed_corners
     rows = state_rows(question, x, f, corners, friction)
     if extended and question.compliance is not None:

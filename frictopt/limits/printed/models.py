@@ -11,11 +11,12 @@ conditions are (theory, eq. (7))::
 
 If some nodes stay open, A, B and the loads are condensed to the closed nodes, and the gaps of the
 open nodes stay `w0 + load_factor w1_k + W slip >= 0`. `rest` lists the equations of the forces and
-gaps, `stuck` the rows of the contact law; each question below is one goal over them, apart from
-`gross_slip`, which has no slip. Each row has a label; for an equation that defines an unknown, it
-is the name of the unknown. Slip and q are (N,), in space (N, 2), where `|q|` is the length at each
-node. There is no scaling, symmetry or elimination here, because people read these problems. The
-table in `program/assembled.py` shows which arrays solve them, and which programs have no listing.
+gaps, `stuck` the rows of the contact law. Each question below has one goal under these rows, apart
+from `gross_slip`, which has no slip. Each row has a label; for an equation that defines an unknown,
+it is the name of the unknown. Slip and q are (N,), in space (N, 2), where `|q|` is the length at
+each node. There is no scaling, symmetry or elimination here, because people read these problems.
+The table in `program/assembled.py` shows which arrays solve them, and which programs have no
+listing.
 """
 
 import operator
@@ -239,8 +240,8 @@ def events(x: Unknowns, touching: Mapping[int, Sequence[int]]) -> list[Row]:
 def ordered(legs: Iterable[tuple[Sequence[cp.Variable], Any]]) -> list[Row]:
     """Rows that keep the events of each leg in their order, from 0 to the end of the leg.
 
-    `legs` are the legs with events: the unknown places of their events, and the place of their end.
-    The end is the load factor if only scaled loads vary on the leg, otherwise 1.
+    `legs` has the unknown places of the events of each leg, and the place of its end: the load
+    factor if only scaled loads vary on the leg, otherwise 1.
     """
     rows = list[Row]()
     for way, end in legs:

@@ -241,8 +241,8 @@ def safe_slip(question: Question, load_factor: float) -> RestProgram:
 def wedging(question: Question) -> RestProgram:
     """The program of slips that obey the contact law without any load; its goal is `wedge`.
 
-    `wedge` is at most the sum of the normal forces, divided by the mean normal force, and at most
-    1. Its largest value is 1 if friction wedges: then residual slips may press the contact without
+    Two bounds limit `wedge`: 1, and the sum of the normal forces divided by the mean normal force.
+    Its largest value is 1 if friction wedges: then residual slips may press the contact without
     end.
     """
     n = question.system.nodes

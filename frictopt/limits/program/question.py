@@ -93,7 +93,7 @@ class Question:
     p1: Array  # (K, N)
 
     # Units of the unknowns and of margins.
-    force: float  # mean normal force at load factor 0; a force of the same size if it is 0
+    force: float  # mean normal force at load factor 0; if it is 0, the largest other mean
     mean_bound: float  # mean friction bound at load factor 0; `force` if it is 0
     mean_pressure: Array  # (N,) normal forces whose friction bound is `mean_bound`
     load_unit: float  # load factor at which the cyclic reactions reach the mean friction bound
@@ -220,7 +220,7 @@ class Question:
         return _forces(self.system, self.open_nodes, self.compliance, r)
 
     def reactions_of_slip(self, slip: Array) -> tuple[Array, Array]:
-        """Reactions `A v, B v` of the closed nodes that a residual slip adds, (N,) or (N, 2)."""
+        """Reactions `A v, B v` that a slip v, (N,) or (N, 2), adds at the closed nodes."""
         tangential = self.S[:, : -self.system.nodes]
         return parted(tangential @ slip.T.ravel(), self.system.tangents + 1)
 
@@ -228,7 +228,7 @@ class Question:
         """The slip of all nodes: open nodes have their slip under the mean load."""
         if self.compliance is None:
             return slip
-        # Not the states of a subclass such as LiftOff: here the same nodes are open at all corners.
+        # A subclass such as LiftOff has other states; here the same nodes are open at all corners.
         u, _ = Question.states(self, 0.0, slip)
         return u[0, :-1].T.reshape(slip.shape)
 

@@ -268,9 +268,9 @@ class RestProgram:
         return int(self.first_named + self.named[name].start)
 
     def row(self, label: str, weights: Mapping[str, float | Array], constant: float = 0.0) -> None:
-        """Add a row `sum of weights * unknowns + constant >= 0`, in the unit of the first one.
+        """Add a row `sum of weights * unknowns + constant >= 0`, in the unit of the first unknown.
 
-        Weights are one number or those of all entries of a named unknown.
+        A weight is one number, or an array with a number for each entry of its named unknown.
         """
         terms = list[Term]()
         for name, of_entries in weights.items():

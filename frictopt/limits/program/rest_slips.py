@@ -1,4 +1,4 @@
-"""Sets of residual slips that leave all changes during a load cycle the same, and their ends.
+"""Sets of residual slips that do not alter the changes during a load cycle; how far they reach.
 
 `Rests` are the states of rest at a load factor. `SteadyCycles` are steady cycles that differ by a
 slip that does not change in time. In an uncoupled contact these are all steady cycles, otherwise a
@@ -92,7 +92,7 @@ class Furthest:
             self._warm = WarmProgram(self._arrays)
 
     def along(self, direction: Array) -> Array | None:
-        """The slip, length, that goes furthest in a direction (t N,); None if it has no end."""
+        """The slip, length, that goes furthest in a direction (t N,); None if nothing ends it."""
         unknowns = self._program.form.slips[0]
         rates, _ = unknowns.rates_of(direction)
         cost = np.zeros(len(self._arrays.cost))

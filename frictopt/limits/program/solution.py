@@ -397,7 +397,7 @@ class Solution:
 
     @cached_property
     def multipliers(self) -> dict[str, Array]:
-        """Multipliers of the rows by label, (K, N); of a cone, the multiplier of its first row.
+        """Multipliers of the rows by label, (K, N); for a cone, the multiplier of its first row.
 
         Multipliers of equations have the sign of those of `left == right` in cvxpy. If a law leaves
         a node in space no shear force, its two equations have one multiplier: the length of both.
@@ -527,8 +527,8 @@ def _needless_slide(solution: Solution, slip: SlipUnknowns, values: Array) -> Ar
     """(t N,) the rigid slide in a slip, as far as the gaps do not need it to stay open.
 
     Interior-point solvers make this slide large. The smallest slide that leaves the gaps open is a
-    problem of least distance, which is solved as one of nonnegative least squares (Lawson and
-    Hanson 1974, chapter 23).
+    problem of least distance, which nonnegative least squares solve (Lawson and Hanson 1974,
+    chapter 23).
     """
     program = solution.program
     question = slip.question

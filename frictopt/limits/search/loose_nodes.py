@@ -149,8 +149,8 @@ class LooseNodes:
         self._arrays = program.arrays()
         self._matrix = self._arrays.matrix
         self._unit = program.place.unit
-        # A proof that a branch has no solution must hold for all values of the goal that count. At
-        # little friction they are far above the unit of the goal.
+        # A proof that a branch has no solution must hold for all values of the goal that count.
+        # With little friction, such values are far above the unit of the goal.
         self._far = FAR
         if np.isfinite(largest):
             self._far = max(FAR, self._most / self._unit)

@@ -6,8 +6,8 @@ new one. Therefore the load factors between the limits of the two orders are saf
 raises the limit, transients are followed just above the best limit. A transient that comes to rest
 shows the next order (`settled_orders`). For other cycles there are no pivots, only transients.
 
-The search calls functions that return a limit of some open nodes, or of an order. Each limit passes
-the usual checks, and its bound holds for its own order only.
+The search calls functions that return the limit for given open nodes, or for an order. Each limit
+passes the usual checks, and its bound holds for its own order only.
 
 If on each leg with events only the scaled or only the fixed loads vary, the limit of an order is
 one convex program. If both vary on such a leg, the program has products of the load factor and the
@@ -55,8 +55,8 @@ _ABOVE_ZERO = 1e-3
 # Load factors at which transients begin if no safe load factor is known, in units of the load.
 # If the cycle has fixed parts, the first load factor is 0.
 _FIRST = (0.005, 0.05, 0.3, 1.0)
-# An overload before the cycles leaves another slip: the ratio of its load factor to that of the
-# cycles.
+# Load factor of an overload before the cycles, over that of the cycles. The overload leaves another
+# slip.
 _OVERLOAD = 5.0
 # In contacts of at most this many nodes, further transients start from the slip of the limit, in
 # which one node is moved by its unit, forwards or backwards. They may settle to other orders.

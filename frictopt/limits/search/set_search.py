@@ -161,7 +161,7 @@ class _SetSearch(Generic[L]):
         keep_best(bar, self.answer)
 
     def answer(self) -> L:
-        """The best limit, and what is known of all other sets."""
+        """The best limit, and what is known about all other sets."""
         separate = min((limit.least for limit in self._separate), default=np.inf)
         return replace(self.best, _searched=Searched(self._programs, self.bound, separate))
 
@@ -235,7 +235,7 @@ class _SetSearch(Generic[L]):
         return max(self._above, enough)
 
     def from_mean_load(self) -> None:
-        """Try the sets that the mean load opens, so that the first set that counts is likely."""
+        """Try the sets that the mean load opens, so that the search begins near them."""
         question = self._closed._question
         for opened in settled_sets(question, False, True, FRICTIONS[:1]):
             self._neighbour(opened)

@@ -15,10 +15,10 @@ least and its largest value are solutions of linear programs, in space of cone p
   rest, and the largest load factor at which some state of rest has at most this value. If the
   corners have the same fixed loads, ranges are proportional to the load factor, and stresses are
   linear in load factor and slip together. So on a given plane at a given point, each parameter is
-  such a linear function, or the load factor times one (Smith, Watson and Topper; Fatemi and Socie).
-  The largest value over all states of rest may fall with the load factor, so that no bisection
-  finds where it first reaches a value. A program for each plane finds it. The least value over all
-  states of rest never falls, if the mean load is a mean of the loads of the corners.
+  such a linear function, or such a function times the load factor (Smith, Watson and Topper; Fatemi
+  and Socie). The largest value over all states of rest may fall with the load factor, so that no
+  bisection finds where it first reaches a value. A program for each plane finds it. The least value
+  over all states of rest never falls, if the mean load is a mean of the loads of the corners.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def tensors_at_rest(question: Question, stress_map: StressMap, load_factor: floa
 
 
 def stress_terms(program: RestProgram, rates: Array) -> list[Term]:
-    """Terms of n rows: stresses with the rates (n, t N), due to the forces of the slip alone."""
+    """Terms of n rows: stresses, with rates (n, t N), that the forces of the slip alone cause."""
     closed = elastic(program.question)
     by_force = rates[:, closed.slips] @ closed.compliance
     last = np.full(len(rates), len(program.start) - 1)
@@ -224,7 +224,7 @@ class StressLevels:
         return self._stresses.critical([point], self._none)[1][0]
 
     def _level(self, planes: dict[int, Array], size: float) -> Level:
-        """The least level, over all slips, that no value of the points on these planes exceeds."""
+        """The least level that, with some slip, no value of the points on these planes exceeds."""
         of_points = [self._stresses.on(point, normals) for point, normals in planes.items()]
         values = np.concatenate([values for values, _ in of_points])
         rates = np.concatenate([rates for _, rates in of_points])

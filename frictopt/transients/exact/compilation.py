@@ -30,7 +30,7 @@ def entry_point(function: Callable[..., Any]) -> Any:
 
 
 def in_place(function: Callable[..., Any]) -> Any:
-    """Compile an entry point that makes no array, and only changes those that it receives."""
+    """Compile an entry point that makes no array, and only changes the arrays that it receives."""
     return _kept(function, _IN_PLACE)
 
 
@@ -60,9 +60,9 @@ them, which takes a third of the compilation.
 
 
 def notice_of_compilation() -> AbstractContextManager[Any]:
-    """While this context is open, the first compilation says so on stderr, but not in a worker.
+    """While this context is open, a notice on stderr announces the first compilation.
 
-    Loading machine code from disk is no compilation.
+    Workers write no notice. Loading machine code from disk is no compilation.
     """
     if parent_process():
         return nullcontext()

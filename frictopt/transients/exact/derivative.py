@@ -1,16 +1,17 @@
 """A cycle of a path: how its end and its work change with the state at its beginning.
 
-Between two events some motions a move: the slips of slipping nodes, where `q + sense f p = 0`, and
-the slips and gaps of open nodes, where q = p = 0. All other motions b rest. So the end of a cycle
-is piecewise linear in the state at its beginning.
+Between two events a set `a` of motions changes: the slips of slipping nodes, where
+`q + sense f p = 0`, and the slips and gaps of open nodes, where q = p = 0. The set `b` of all other
+motions stays as it is. So the end of a cycle is piecewise linear in the state at its beginning.
 
 On each stretch between two events the rows b of the derivative D stay as they are. The rows a solve
 `K_aa D_a = -K_ab D_b`, where K has the rows of the equations above. A motion that stops within a
 segment stops at an event, and the time of the event changes with the state.
 
-The work of friction of a cycle is the work of the loads less the elastic energy gained. Integrate
-it by parts: if the state `u = [v, w - g0]` changes by du, the work changes in first order by the
-integral of `du . dr^w` over the cycle, less `r . du` at its end, plus `r . du` at its beginning.
+The work of friction of a cycle is the work of the loads less the elastic energy gained. Integration
+by parts yields its derivative: if the state `u = [v, w - g0]` changes by du, the work changes in
+first order by the integral of `du . dr^w` over the cycle, less `r . du` at its end, plus `r . du`
+at its beginning.
 """
 
 from dataclasses import dataclass
@@ -160,7 +161,7 @@ def _flexibility(path: ExactPath, status: NDArray[np.int8]) -> tuple[Integers, A
     n, S = path.nodes, path.system.S
     is_open = status == OPEN
     motions = np.flatnonzero(np.concatenate([status != STICK, is_open]))
-    # Its equation is `q + sense f p = 0` for a slip, and q = 0 or p = 0 for an open node.
+    # A slip has the equation `q + sense f p = 0`; the motions of an open node have q = 0 or p = 0.
     factor = np.concatenate([status * path.friction * ~is_open, np.zeros(n)])[motions]
     equations = np.eye(2 * n)[motions]
     equations[np.arange(len(motions)), n + motions % n] += factor
@@ -184,9 +185,9 @@ def _after_event(
 ) -> Array:
     """(2N, 2N) derivative of the state on the stretch after an event that changes some statuses.
 
-    D is the derivative before it, and `drive` (2N,) the change of the bonded reactions on the
-    segment. A motion stops when some node begins to slip, opens or closes: its end moves with the
-    time of that event.
+    D is the derivative before the event, and `drive` (2N,) the change of the bonded reactions on
+    the segment. A motion stops when some node begins to slip, opens or closes. Where it stops
+    depends on the time of that event.
     """
     n = path.nodes
     moved, moved_by = _flexibility(path, before)
@@ -200,7 +201,7 @@ def _after_event(
         row, load_rate = _condition(path, int(causes[0]), before, status, drive)
         rate = np.zeros(2 * n)
         rate[moved] = moved_by @ drive
-        delay = -(row @ D) / (row @ rate + load_rate)  # (2N,) by the state before
+        delay = -(row @ D) / (row @ rate + load_rate)  # (2N,) by the state at the beginning
         after[stops] += np.outer(rate[stops], delay)
     after[n:][status != OPEN] = 0.0
     after[moves] = 0.0
@@ -215,10 +216,10 @@ def _condition(
     status: NDArray[np.int8],
     drive: Array,
 ) -> tuple[Array, float]:
-    """The quantity that vanishes at the event of a node: its gradient (2N,), and its rate by loads.
+    """Gradient (2N,) of the quantity that vanishes at the event of a node, and its rate by loads.
 
-    It is the gap of a node that closes, the pressure of a node that opens, or the distance `q +
-    sense f p` of a node from the bound at which it begins to slip.
+    The quantity is the gap of a node that closes, the pressure of a node that opens, or the
+    distance `q + sense f p` of a node from the bound at which it begins to slip.
     """
     n = path.nodes
     weights = np.zeros(2 * n)

@@ -37,8 +37,8 @@ class State(NamedTuple):
     loads: minus the integral of the bonded reactions over u. `u_rate`, `r_rate`, `load_rate` (2N,)
     are rates of u and r, and of the bonded reactions.
 
-    `wanted` (N,) are statuses that agree with the signs of the rates, `counted` (N,) those at the
-    last update of the signature, `touch` (N,) the bounds at which a node is, see `look`.
+    `wanted` (N,) are statuses that agree with the signs of the rates, `counted` (N,) the statuses
+    at the last update of the signature, `touch` (N,) the bounds at which a node is, see `look`.
 
     `trace` (4,) holds the number of events; a signature of the changes of status, which does not
     depend on their order within a segment; the number of events whose rates are not proven to be
@@ -161,8 +161,8 @@ _SINGLE_ITERATIONS = 200
 
 
 # --- Arrays ---------------------------------------------------------------------------------------
-# Loops instead of `a[:] = b` and of numpy's functions: for these, numba also compiles the texts of
-# errors that do not occur, which takes a third of the compilation.
+# These are loops, not `a[:] = b` or functions of numpy. For such code numba also compiles the texts
+# of errors that do not occur, which takes a third of the compilation.
 
 
 @inner_in_place
@@ -211,7 +211,7 @@ def _row_entry(S, unknown, weight, other):
 def _border(S, active, new, factor):
     """Products of the inverse with the row and the column of a new unknown; returns its pivot.
 
-    They stand in `left` and `right`. The pivot is the Schur complement of the new unknown.
+    The products are in `left` and `right`. The pivot is the Schur complement of the new unknown.
     """
     n, unknown, weight, inverse = active.size[0], active.unknown, active.weight, active.inverse
     left, right, column, nodes = active.left, active.right, active.column, len(S) // 2
@@ -234,7 +234,7 @@ def _border(S, active, new, factor):
 
 @inner_in_place
 def _append(S, active, new, factor):
-    """Add an unknown; returns its pivot over its stiffness, or 0 and adds none if that is zero."""
+    """Add an unknown, and return its pivot over its stiffness. If this is 0, none is added."""
     pivot = _border(S, active, new, factor)
     share = 0.0
     if S[new, new] > 0.0:
@@ -255,7 +255,7 @@ def _append(S, active, new, factor):
 
 @inner_in_place
 def _enter(active, new, weight):
-    """Enter an unknown behind those of an active set or of a proof."""
+    """Enter an unknown at the end of an active set or of a proof."""
     n = active.size[0]
     active.unknown[n] = new
     active.weight[n] = weight
@@ -303,7 +303,7 @@ def _leave(active, node, nodes):
 
 @once
 def _join(S, f, active, node, status):
-    """Add the unknowns of a node; returns the smallest ratio of `_append`, or 0 and adds none."""
+    """Add the unknowns of a node, and return the least ratio of `_append`. If 0, none is added."""
     nodes = len(f)
     if status != OPEN:
         return _append(S, active, node, status * f[node])
@@ -431,8 +431,8 @@ def look(f, state, force):
 def _falls(S, state, node, rate, least, stiffness):
     """Whether a rate of a node is negative beyond rounding.
 
-    `least` is a share of the largest load rate. A smaller rate still counts if it exceeds that
-    share of the load rates that reach the node, over the node's `stiffness` (1 for forces).
+    `least` is a share of the largest load rate. A smaller rate still counts if it exceeds the same
+    share of the load rates that reach the node, divided by its `stiffness` (1 for forces).
     """
     if rate >= 0.0 or rate < -least:
         return rate < 0.0
@@ -530,8 +530,8 @@ def _may_also_slip(S, f, state, active):
 # at one bound, has `dv dq <= -sense f dv dp`; an open node has dq = dp = 0; all other nodes have
 # dv = dw = 0. So the sum of `dv (dq + sense f dp)` over the first group is not positive. If the
 # quadratic form of these rows of the stiffness is positive definite, all differences are zero. A
-# form that is positive definite for a set of nodes is so for each of its subsets: the Cholesky
-# factor only grows when nodes begin to slip, and remains valid when they stop.
+# form that is positive definite for a set of nodes is also positive definite for each subset: the
+# Cholesky factor only grows when nodes begin to slip, and remains valid when they stop.
 
 
 @once

@@ -145,7 +145,7 @@ class ExactPath(Transient):
         opened = self.state.status == OPEN
         u = place * self.unit
         u[n:][~opened] = -self.state.gap[~opened]
-        # Open nodes move so that they have no force: at a far place rounding leaves one.
+        # Open nodes move until no force acts on them: at a far place rounding leaves a force.
         motions = np.flatnonzero(np.r_[opened, opened])
         carried = (self.bonded + S @ u)[motions]
         u[motions] -= np.linalg.lstsq(S[np.ix_(motions, motions)], carried)[0]
@@ -234,7 +234,7 @@ class ExactPath(Transient):
     def _solve_rate_problem(self, load_rate: Array, place: str, again: bool) -> None:
         """Set the statuses to the only solution of the rate problem; NoContinuation without one.
 
-        `again`: the path has come to the same problem at the same time, so its rates lead nowhere.
+        `again`: the path has come back to this problem at the same time: its rates lead nowhere.
         """
         state = self.state
         problem = rate_problem(self._S, self.friction, load_rate, state, self.scales.mean)
@@ -277,7 +277,7 @@ class ExactPath(Transient):
 
 
 def _not_unique(problem: RateProblem, solutions: Solutions, nodes: str) -> str:
-    """Reason why a rate problem without a solution, or with two, ends the path."""
+    """Why a rate problem ends the path: it has no solution, or two."""
     if not solutions.found:
         proof = "no rates that obey the law were found"
         if solutions.complete:

@@ -86,7 +86,7 @@ def rate_problem(S: Array, f: Array, load_rate: Array, state: State, force: Arra
     touching = unpressed & (state.u[nodes:] + state.gap <= 0)
     gapped = (state.status == OPEN) & ~touching
     frictionless = (f == 0) & ~touching & ~gapped
-    # (N, 3): may begin to slip along +x, against +x, to open.
+    # (N, 3): whether a node may begin to slip along +x, to slip against +x, to open.
     may_move = np.column_stack([f * p + q <= small, f * p - q <= small, touching])
     node, column = np.nonzero(may_move & ~(gapped | frictionless)[:, None])
     kind = np.array([1, -1, OPEN])[column]
@@ -211,7 +211,7 @@ def _lemke(M: Array, c: Array, cover: Array) -> Array | None:
             z = np.zeros(2 * n + 1)
             z[basis] = tableau[:, -1]
             return z[n : 2 * n]
-        # The complement of the unknown that leaves enters.
+        # The unknown that enters is the complement of the unknown that leaves.
         entering = leaving + n if leaving < n else leaving - n
         positive = np.flatnonzero(tableau[:, entering] > _ZERO_PIVOT)
         if not len(positive):

@@ -1,7 +1,7 @@
 """An increment of load with friction.
 
 It is solved by sweeps (`sweeps.py`) and by Newton's method (`newton.py`): `by_newton.py` combines
-both, `increment.py` has the question in dimensionless units, and the result. `programs.py` has the
+both. `increment.py` has the problem in dimensionless units, and its result. `programs.py` has the
 same increment as cvxpy problems to print and solve: with a frozen bound (form "qp"), with booleans
 ("milp"), and by complementarity ("complementarity").
 """

@@ -61,10 +61,10 @@ class _Nodes:
         self.sweeps_failed = False
 
     def _moved(self, u: Array, r: Array, force: float) -> Moved | None:
-        """The state that follows motions u with reactions r, which the load has changed.
+        """The state that follows motions u, whose reactions r include the change of the load.
 
-        The iteration begins with the gaps before the increment. None if no state is
-        found that obeys the law to rounding.
+        The iteration begins with the gaps before the increment. None if no state is found that
+        obeys the law to rounding.
         """
         n = len(self._gap)
         length = force / self._unit
@@ -108,8 +108,8 @@ class NewtonIncrement(_Nodes):
     The sweeps often reach the state to rounding; the solver of the record is then "SWEEPS".
     Otherwise Newton's method on the projected law begins where the sweeps end. If it does not
     converge, it begins again without motion, with several constants of the projection, and at last
-    at states of convex programs with frozen friction bounds. If several states obey the law (above
-    the critical friction), one of them is returned. Theory, eq. (4).
+    from states of convex programs with frozen friction bounds. If several states obey the law
+    (above the critical friction), one of them is returned. Theory, eq. (4).
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ class NewtonIncrement(_Nodes):
     """
 
     retries = True
-    """Whether increments in `along` that find no state at once are solved by themselves."""
+    """Whether `along` calls `solve` for increments whose states it does not find at once."""
 
     def __init__(self, system: ContactSystem, friction: PerNode) -> None:
         self.system = checked_system(system)
@@ -248,7 +248,7 @@ class NewtonIncrement(_Nodes):
         return joined(new.slip, new.gap - self._gap), joined(new.q, new.p), new.status
 
     def _solved(self, posed: Posed) -> Increment:
-        """The state by Newton's method from the end of sweeps, or from no motion."""
+        """The state by sweeps or, if they do not reach it, by Newton's method from all `_ways`."""
         state = self._swept(np.zeros_like(posed.trial), posed.trial.copy(), posed.law)
         if state.error <= ROUNDING:
             return posed.result(state, SolveRecord("SWEEPS"), residual=state.error)
@@ -298,9 +298,9 @@ def _in_form(posed: Posed, found: Increment, form: str) -> Increment:
 
 
 class _Rest(_Nodes):
-    """The nodes that remain if open ones are eliminated.
+    """The nodes that remain if open nodes are eliminated.
 
-    As long as nothing acts on the open nodes, they follow the others.
+    Open nodes have no reactions, so their motions follow from those of the other nodes.
     """
 
     def __init__(self, law: Law, gap: Array, unit: float, opened: Booleans) -> None:
@@ -330,7 +330,7 @@ class _Rest(_Nodes):
         super().__init__(reduced, sizes_of(S, size), gap[remaining], unit)
 
     def after(self, u: Array, r: Array, force: float) -> Moved | None:
-        """The state of all nodes, from motions with reactions that the load has changed."""
+        """The state of all nodes after motions u, whose reactions r include the change of load."""
         acting = cho_solve(self._factor, r[self._out])
         found = self._moved(u[self._in], r[self._in] - self._carried @ r[self._out], force)
         if found is None:

@@ -1,4 +1,4 @@
-"""A friction increment: the question in dimensionless units, and its result."""
+"""A friction increment: the problem in dimensionless units, and its result."""
 
 from __future__ import annotations
 
@@ -124,9 +124,9 @@ def sizes_of(S: Array, own_stiffness: Array) -> Array:
 class Posed:
     """An increment in units of the mean normal force and of the slip that this force makes.
 
-    The unknowns are `u = [dv, w]`, slip since `slip` and total gap. The reactions are `[q, p] =
-    trial + S u`. The `owner` is a `NewtonIncrement`, with the contact, its friction and its law.
-    ModelError for arrays that do not fit.
+    The unknowns are `u = [dv, w]`: the change of slip from `slip`, and the total gap. The reactions
+    are `[q, p] = trial + S u`. The `owner` is a `NewtonIncrement`, with the contact, its friction
+    and its law. ModelError for arrays that do not fit.
     """
 
     def __init__(self, owner: Any, slip: ArrayLike, bonded: Sequence[ArrayLike]) -> None:

@@ -41,8 +41,9 @@ class Law:
     """The dimensionless contact law of N nodes, M motions, t tangents.
 
     `S` (M, M) is the stiffness over its scale. `slopes` and `constants` (J, N) are those of the
-    terms of the friction bound, constants in the units of the forces. `augmentation` (t + 1, N) are
-    the d of the tangents and the c of each node, of the size of the node's stiffness.
+    terms of the friction bound; the constants are in the unit of the forces. `augmentation`
+    (t + 1, N) has the d of the tangents and the c of each node, which are about as large as the
+    stiffness of the node.
     """
 
     S: Array
@@ -102,7 +103,7 @@ def newton(law: Law, trial: Array, u: Array, most: int = 60) -> State:
 
 
 def _line_search(law: Law, trial: Array, best: "_Piece", direction: Array) -> "_Piece":
-    """The longest step that reduces the squared error, or the shortest one."""
+    """The longest step that reduces the squared error; if none does, the shortest step."""
     for share in 0.5 ** np.arange(_HALVINGS):
         tried = _piece(law, trial, best.u + share * direction)
         if tried.merit < best.merit:
@@ -134,9 +135,9 @@ def _on_law(law: Law, piece: "_Piece", steps: int) -> State:
 class _Piece(NamedTuple):
     """The smooth piece of the law at motions u, and its errors there.
 
-    Slips and shear forces are (t, N) here. `unit` is the direction of `q - d dv` at each node,
-    `shrink` the friction bound over its size. `merit` is the sum of squared errors, `error` the
-    largest error.
+    Slips and shear forces are (t, N) here. `unit` is the direction of `q - d dv` at each node, and
+    `shrink` the friction bound divided by the size of `q - d dv`. `merit` is the sum of squared
+    errors, `error` the largest error.
     """
 
     u: Array
@@ -227,9 +228,10 @@ def _linearised(
 ) -> Array:
     """(m, len(columns)) derivatives of the errors in the m free motions.
 
-    The first columns are those of the free motions, then those of the gaps of slipping nodes. The
-    rows of tangents are `(1 - shrink P) S_q + shrink d P - n f (S_p - c e_w)`, with P = 1 - n n'
-    across the direction n of the pull.
+    The first columns belong to the free motions, the next to the gaps of slipping nodes, the last
+    to motions that become zero. The rows of tangents are
+    `(1 - shrink P) S_q + shrink d P - n f (S_p - c e_w)`, with P = 1 - n n' across the direction n
+    of the pull.
     """
     t, n = piece.unit.shape
     s = len(slips)

@@ -29,7 +29,7 @@ _TITLES = {
     "complementarity": "friction increment, complementarity",
     "milp": "friction increment, mixed-integer",
 }
-# Bounds of the motions and forces in a program with booleans, over the largest of the state.
+# Bounds of the motions and forces in a program with booleans, relative to the largest in the state.
 # Solvers satisfy booleans to a tolerance only: with larger bounds they become inaccurate.
 _REACH = 1e3
 # Largest number of programs with frozen bounds, and change of the bounds that counts as none.
@@ -76,7 +76,7 @@ def in_form(posed: Posed, found: Increment, form: str) -> Increment:
 
 
 def with_frozen_bounds(system: ContactSystem, law: Law, trial: Array) -> Iterator[Array]:
-    """Dimensionless motions (M,) of programs, each with the friction bounds of the state before.
+    """Dimensionless motions (M,) of programs, each with the bounds of the state before it.
 
     The series ends when the bounds change no more, after `_MOST_PROGRAMS` programs, or if a program
     has no optimum.
@@ -147,8 +147,8 @@ def exact(system: ContactSystem, friction: Array) -> cp.Problem:
     A node slips along +x (`forward`) or against it (`backward`), is open (`opened`), or sticks.
     The parameters `most_motion` and `most_force` are the largest slip step or gap, and the largest
     pressure, of the states considered. `most_slack`, 2 f most_force, is the largest distance of a
-    shear force from its bound. The objective counts booleans: `unexpected` is -1 for a boolean that
-    is expected to be 1, else 1.
+    shear force from its bound. The objective counts booleans: `unexpected` is -1 for booleans that
+    are expected to be 1, and 1 for all others.
     """
     n = system.nodes
     slip_step = cp.Variable(n, name="slip_step")

@@ -56,8 +56,8 @@ def increment(S, slopes, constants, augmentation, stiffness, u, r, forces, statu
 def sweep(S, slopes, constants, stiffness, u, r, most, enough, relax):
     """Gauss-Seidel on the projected law of one increment: each node in turn moves to obey it.
 
-    Nodes that stick need only a check (Jourdan, Alart & Jean 1998). S is the stiffness (M,
-    M), `slopes` and `constants` (J, N) those of the terms of the bound. `stiffness` (t + 1, N) is
+    Nodes that stick need only a check (Jourdan, Alart & Jean 1998). S (M, M) is the stiffness,
+    `slopes` and `constants` (J, N) those of the terms of the bound. `stiffness` (t + 1, N) is
     positive: for the tangents at least the largest stiffness of the node in any tangential
     direction, and its normal stiffness. Slip increments and gaps u and reactions r, (M,), are
     changed in place, in at most `most` sweeps, until corrections of forces are at most `enough`.
@@ -130,7 +130,7 @@ def _pull(augmentation, u, r, node):
 
 @inner
 def _sweep_moving(S, slopes, constants, stiffness, u, r):
-    """Sweeps over the nodes that move, among themselves: u is changed in place, r is not.
+    """Sweeps over only those nodes that move. u is changed in place, r is not.
 
     Returns the largest correction of the last sweep.
     """

@@ -120,7 +120,7 @@ def exact_increment(
     Raises
     ------
     NotProven
-        The status contradicts its exact state.
+        The exact state contradicts the status.
     """
     n = system.nodes
     f = Fraction(friction)
@@ -151,8 +151,9 @@ def safe_rows(
 ) -> tuple[Array, Array, Array, Fraction]:
     """Rows `matrix z >= right + load_factor * cyclic` of safe slips, and the mean friction bound.
 
-    The unknowns z are the first N - 1 slips, and the last slip is minus their sum. If only loads
-    hold a punch, it may slide as a whole. That causes no stress, and only rounding resists it.
+    The unknowns z are the first N - 1 slips, and the last slip is minus their sum. This excludes a
+    slide of the whole punch: if only loads hold the punch, a slide causes no stress, and only
+    rounding resists it.
     """
     f = Fraction(friction)
     q0, p0 = (fractions(values) for values in cycle.mean_reaction(system))

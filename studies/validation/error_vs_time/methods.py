@@ -109,7 +109,7 @@ def measured(question: Question, repetitions: int) -> list[dict[str, Any]]:
 def not_dominated(
     seconds: np.ndarray[Any, Any], error: np.ndarray[Any, Any]
 ) -> np.ndarray[Any, Any]:
-    """(n,) whether no other answer beats an answer.
+    """(n,) for each answer, whether no other answer beats it.
 
     An answer beats another one if it is at least as fast and as accurate, and better in one of the
     two. Of equal answers only the first one is kept. A method without an answer (inf) is never

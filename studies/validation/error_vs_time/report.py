@@ -148,9 +148,9 @@ def _rival(rivals: pd.DataFrame, ours: Any) -> str:
 
 
 def _ahead(rivals: pd.DataFrame) -> str:
-    """The rivals that are faster than any answer of frictopt as accurate.
+    """The rivals that are faster than all answers of frictopt with the same accuracy.
 
-    Each rival has its most accurate answer.
+    Of each rival, the most accurate such answer is shown.
     """
     if not len(rivals):
         return ""

@@ -79,7 +79,7 @@ def cylinders(parameters: Parameters) -> Iterator[Question]:
 def start_slip(parameters: Parameters, system: fo.ContactSystem) -> Array:
     """(N,) initial slip: random coefficients of the six lowest Chebyshev polynomials.
 
-    They are multiplied by the slip scale of the study.
+    They are multiplied by the amplitude `start` of the parameters.
     """
     modes = np.polynomial.chebyshev.chebvander(system.x / system.x[-1], 6)[:, 1:]
     coefficients = np.random.default_rng(parameters.seed).normal(size=modes.shape[1])

@@ -112,7 +112,7 @@ def _steady_probe(
 def _limit_probe(
     extreme: str, value: str, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any
 ) -> Probe:
-    """The question about a shakedown limit with all nodes closed, as the plain program has it."""
+    """The question about a shakedown limit with all nodes closed, as in the plain program."""
     limit = partial(shakedown, system, cycle, friction, np.zeros(system.nodes, dtype=bool))
     plain = partial(_plain, system, cycle, friction)
     return Probe(extreme, value, "shakedown limit", limit, plain, _LP)

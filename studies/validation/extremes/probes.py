@@ -29,7 +29,7 @@ class Sizes:
     gradings
         Gradings of the contact.
     corners, cycles
-        Numbers of corners and cycles of the questions about many of them.
+        Numbers of corners and cycles of the questions about many corners and many cycles.
     every
         1: all values of each extreme. 2: every second value, and the last one.
     """

@@ -43,7 +43,7 @@ def at_the_edge(sizes: Sizes) -> pd.DataFrame:
 def selected(sizes: Sizes) -> list[Probe]:
     """The questions of the study.
 
-    For each extreme there are every so many values (`Sizes.every`), and the last one.
+    For each extreme they have every n-th value, n being `Sizes.every`, and the last value.
     """
     all_probes = list(probes(sizes))
     values = dict[str, list[str]]()

@@ -100,7 +100,7 @@ def _stiffness(rng: np.random.Generator, nodes: int) -> tuple[Any, Any, Any]:
     return S[:nodes, :nodes], S[nodes:, :nodes], S[nodes:, nodes:]
 
 
-# Contacts of so many nodes may be the paper's scene on a coarse mesh.
+# Contacts with these numbers of nodes may be the paper's scene on a coarse mesh.
 _MESHED = 3, 5
 MATERIALS = fo.fem.Material(), fo.fem.Material(100.0, 0.1), fo.fem.Material(1e-2, 0.45)
 """Materials of the punch of the paper's scene."""

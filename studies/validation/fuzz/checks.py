@@ -27,7 +27,7 @@ from studies.validation.open_sets import largest_with_open
 
 # Number of increments within the shortest stretch between two events of the path.
 _WITHIN_STRETCH = 4
-# Shortest stretch, in segments of the load cycle, that is divided into that many increments.
+# Shortest stretch, in segments of the load cycle, that is divided into this number of increments.
 _SHORT = 1e-4
 # Numbers of increments per segment. They have no common divisors, so that they do not all miss the
 # same event.
@@ -226,7 +226,8 @@ def _path(known: Known) -> tuple[float, bool]:
         marched = oracles.Stepper(*known.args).march(
             case.system, case.cycle, known.load_factor, case.start, cycles, steps
         )
-        # At a jump the path ends. If there are two solutions, it may pass between the increments.
+        # At a jump an increment may have no state. If it has several states, the path may follow
+        # another one.
         if marched is None or marched.states > 1:
             return path.residual, True
         errors.append(float(np.abs(path.slip[at_corners] - marched.slip).max()) / size)

@@ -23,7 +23,7 @@ SAME = 1e-9
 It equals the residual that an answer may have.
 """
 
-# A cycle that returns within 1e-10 slip scales may still be so many times farther from its limit.
+# A cycle that returns within 1e-10 slip scales may still be this many times farther from its limit.
 _SETTLING = 100.0
 # Largest number of cycles to a steady state.
 _MOST = 100
@@ -267,8 +267,7 @@ def _marched(scene: Scene) -> tuple[float, bool]:
 def _increments(scene: Scene) -> tuple[float, bool]:
     """Compare each state of the path with one increment from the state before.
 
-    Only contacts of few nodes are compared, and one case
-    in eight.
+    Only contacts of few nodes are compared, and of these one case in eight.
     """
     if scene.n > _FEW or scene.case.seed % 8:
         raise NotApplicable

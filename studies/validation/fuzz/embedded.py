@@ -18,11 +18,11 @@ T = TypeVar("T")
 Answered = tuple[float, bool]
 
 _SAME = 1e-7
-# Relative distance of both sides of the proof of the required friction.
+# Relative distance between the two bounds that prove the required friction.
 _FRICTION_PROVEN = 2e-5
 # Relative distance of the two polygons of a region.
 _APART = 0.01
-# One case in so many has a steady state.
+# One case in this many has a steady state.
 _EVERY = 8
 # Largest friction of increments. With more friction, several states may obey the contact law.
 _FRICTION = 0.5
@@ -85,7 +85,7 @@ def in_plane(question: Callable[..., T], *arguments: Any, **options: Any) -> T:
 
 
 def limit(subject: Embedded) -> Answered:
-    """Compare the limits; with other open nodes, those for the open nodes of the plane, too."""
+    """Compare the limits; if open nodes differ, also the limit with the open nodes of the plane."""
     plane, solid = subject.answered_limit, subject.limit_in_space
     # NaN: with the open nodes of the answer, no load factor is safe.
     if not solid.load_factor >= plane.load_factor and (solid.open != plane.open).any():

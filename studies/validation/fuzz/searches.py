@@ -10,8 +10,8 @@ from studies.validation.fuzz.known import NotApplicable, Subject, Wrong, same
 _CYCLES = 4
 # Number of cycles that are followed to find the outcome of a start.
 _BRUTE = 40
-# A range or a limit after a protocol follows many transients. One case in so many has them, if it
-# has at most so many nodes.
+# A range or a limit after a protocol follows many transients. Only one case in this many has them,
+# and only contacts of at most this many nodes.
 _EVERY = 16
 _MOST_NODES = 6
 # Shortfall of the weighted slip that counts as rounding, relative to the sum of the sizes of its
@@ -135,7 +135,7 @@ def limit_after_protocol(known: Subject) -> tuple[float, bool]:
 
 
 EVERY = 4
-"""A question that computes tens of limits has one case in so many."""
+"""A question that computes tens of limits is answered for one case in this many."""
 # Number of random designs within the bounds that are compared with the best one.
 _OTHERS = 3
 _SAME = 1e-7

@@ -101,7 +101,7 @@ def _direction(rng: np.random.Generator, along: int) -> np.ndarray:
 
 
 def _turning(points: np.ndarray, axes: int) -> np.ndarray:
-    """(axes, n) nodal forces with a moment of 1: shears about the normal, in the plane pressures."""
+    """(axes, n) nodal forces with a moment of 1: shears in space, pressures in the plane."""
     arm = points - points.mean(axis=0)
     if axes == 2:
         forces = np.column_stack([0 * arm, arm])

@@ -262,7 +262,7 @@ def _required(subject: _SpatialSubject) -> tuple[float, bool]:
         f = np.full(system.nodes, share * answer.required)
         largest = polygon_limit(system, cycle, f, least=False)
         least = polygon_limit(system, cycle, f, least=True)
-        # Polygons contain the circles, so they may have no limit if the circles have one.
+        # Polygons contain the circles, so they may have no limit although the circles have one.
         if largest is None or least is None or np.isinf(largest):
             return answer.residual, False
         is_safe = least * (1 - _SAME) <= factor <= largest * (1 + _SAME)

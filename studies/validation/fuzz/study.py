@@ -1,10 +1,11 @@
 """Thousands of random contacts, whose answers are compared with independent ones.
 
-Each answer agrees with the independent one, or is an error of frictopt that names a remedy. Run with `python -m studies fuzz [--quick] [--cases N] [--seed S] [--only answers | differential |
-space | sliding]`. It prints wrong answers with their seeds, and the counts in Markdown; its exit
-status is 1 if any answer is wrong. Without a seed it draws a new one and prints it, so each run
-tests new cases; a quick run always has the same. The part "answers" has small contacts, ordinary
-and extreme. The part "differential" has contacts of 3 to 130 nodes, each solved in two equivalent
+Each answer agrees with the independent one, or is an error of frictopt that names a remedy. Run
+with `python -m studies fuzz [--quick] [--cases N] [--seed S] [--only answers | differential | space
+| sliding]`. It prints wrong answers with their seeds, and the counts in Markdown; its exit status
+is 1 if any answer is wrong. Without a seed it draws a new one and prints it, so each run tests new
+cases; a quick run always has the same seed. The part "answers" has small contacts, ordinary and
+extreme. The part "differential" has contacts of 3 to 130 nodes, each solved in two equivalent
 descriptions. The part "space" has contacts in three dimensions, the part "sliding" bodies that
 slide off. The tests run some of the same cases.
 """
@@ -48,7 +49,7 @@ PARTS: Mapping[str, tuple[Mapping[str, Any], Callable[[int], Iterator[Finding]]]
 class Parameters:
     """The number of cases, the seed of the first case, and the parts that are computed.
 
-    The following cases have the following seeds.
+    Each further case has the next seed.
     """
 
     cases: int = 10_000
@@ -102,7 +103,7 @@ def counts(parameters: Parameters) -> pd.DataFrame:
 def refusals(parameters: Parameters) -> pd.DataFrame:
     """One row per question, kind of error and message without its numbers.
 
-    Wrong answers come first, each with a row and with its numbers.
+    Wrong answers come first, each in its own row with its numbers.
     """
     rows = _run(parameters).query("result != 'answer'").rename(columns={"check": "question"})
     text_with_seed = rows["text"] + " (seed " + rows["seed"].astype(str) + ")"

@@ -28,7 +28,7 @@ FAR = 2e-4
 # Friction bound of the shear stress.
 BOUND = FRICTION * DOWN
 
-# Limit of the pivots of Lemke's method, which ends earlier.
+# Largest number of pivots of Lemke's method, which needs fewer.
 _PIVOTS = 100000
 
 

@@ -30,13 +30,13 @@ from studies.validation.peers.questions import Contact
 Array = np.ndarray[Any, Any]
 
 FRICTION = 0.7
-# Load factor of the safe slip over the limit.
+# Load factor of the safe slip divided by the limit.
 SHARE = 0.9
 RATIONAL = "vertex in rational arithmetic"
 
 
 class Arrays:
-    """A printed linear program as arrays: minimise `cost x` with rows that are equal or at most.
+    """A printed linear program as arrays: minimise `cost x`; rows are equations or upper bounds.
 
     Attributes
     ----------

@@ -91,7 +91,7 @@ class Pythons:
         Raises
         ------
         NoAnswer
-            The peer is not installed, its program fails, or it runs for more than so many seconds.
+            The peer is not installed, its program fails, or it runs for more than `seconds`.
         """
         python = self.with_peer(peer)
         program = OUTSIDE / f"{peer.name.lower()}_peer.py"

@@ -85,8 +85,8 @@ def answered(
 def seconds_of_ours(ours: Sequence[Mapping[str, Any]], error: float) -> float:
     """Time of the fastest answer of frictopt whose error is no larger; inf if there is none.
 
-    Errors below `ROUNDING` count as equal, and errors that differ by less than 1 %: both codes then
-    have the same discretisation.
+    Errors below `ROUNDING` count as equal. So do errors that differ by less than 1 %, because both
+    codes then have the same discretisation.
     """
     enough = [row["seconds"] for row in ours if row["error"] <= max(_EQUAL * error, ROUNDING)]
     return float(min(enough, default=np.inf))

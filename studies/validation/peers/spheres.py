@@ -18,7 +18,7 @@ Array = np.ndarray[Any, Any]
 
 # Radius of the sphere; the radius of the contact is 1.
 RADIUS = 5.0
-# Width of the grid of cells over the width of the contact.
+# Width of the grid of cells divided by the width of the contact.
 WIDTH = 1.12
 # Shear force over f P.
 SHARE = 0.5

@@ -2,8 +2,8 @@
 
 This Python need not have frictopt.
 
-It reads one question as JSON and writes the answer as JSON, see `programs`. Lengths are in units of
-the side of the periodic box, and moduli such that E / (1 - nu^2) is 1. The material is
+The program reads one question as JSON and writes the answer as JSON, see `programs`. Lengths are in
+units of the side of the periodic box, and moduli such that E / (1 - nu^2) is 1. The material is
 incompressible, so that pressure and shear do not couple, as in the closed forms.
 """
 
