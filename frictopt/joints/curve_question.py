@@ -42,14 +42,14 @@ class Swing:
 
     Attributes
     ----------
-    legs
+    ways
         Numbers of the states from the low end to the high end: those on the way up, and those on
         the way down in reverse order.
     place
         (T,) displacement of the states, -1 at the low end and 1 at the high end.
     """
 
-    legs: tuple[Integers, Integers]
+    ways: tuple[Integers, Integers]
     place: Array
 
     def first_harmonic(self, force: Array) -> float:
@@ -60,22 +60,22 @@ class Swing:
         closed form.
         """
         total = 0.0
-        for leg in self.legs:
-            place = np.maximum.accumulate(self.place[leg])
+        for way in self.ways:
+            place = np.maximum.accumulate(self.place[way])
             sine = np.sqrt(1 - place**2)
             area = (place * sine + np.arcsin(place)) / 2
             step = np.diff(place)
             middle = (place[1:] + place[:-1]) / 2
             mean_sine = np.sqrt(1 - middle**2)
             np.divide(np.diff(area), step, out=mean_sine, where=step > _STEP)
-            total += float(np.diff(force[leg]) @ mean_sine)
+            total += float(np.diff(force[way]) @ mean_sine)
         return total / np.pi
 
     def harmonics(self, values: Array) -> Array:
         """(1 + harmonics, m) complex amplitudes of values (T, m). Row 0 is their mean."""
         half = _TIMES // 2
         place = np.cos(np.pi * np.arange(half) / half)
-        up, down = self.legs
+        up, down = self.ways
         series = np.empty((_TIMES, values.shape[1]))
         for number, column in enumerate(values.T):
             series[:half, number] = np.interp(place, self.place[down], column[down])
@@ -96,13 +96,13 @@ def swing_of(level: Array, displacement: Array) -> Swing | None:
         return None
     place = (2 * displacement - displacement.max() - displacement.min()) / length
     top = int(np.argmax(level))
-    legs = np.arange(top + 1), np.arange(top, len(level))[::-1]
-    for leg in legs:
-        rises = (np.diff(place[leg]) >= -_TURNING).all()
-        ends = np.abs(place[leg[[0, -1]]] - [-1, 1]).max() <= _TURNING
+    ways = np.arange(top + 1), np.arange(top, len(level))[::-1]
+    for way in ways:
+        rises = (np.diff(place[way]) >= -_TURNING).all()
+        ends = np.abs(place[way[[0, -1]]] - [-1, 1]).max() <= _TURNING
         if not (rises and ends):
             return None
-    return Swing(legs, np.clip(place, -1.0, 1.0))
+    return Swing(ways, np.clip(place, -1.0, 1.0))
 
 
 @dataclass(frozen=True)

@@ -190,7 +190,7 @@ def on_all_instants(answer: P, areas: MovingAreas, instants: Integers) -> P:
 def at_all_instants(motion: Mechanism, areas: MovingAreas, instants: Integers) -> Mechanism:
     """The mechanism of an ordinary question, with its motions at the instants."""
     nodes = np.arange(areas.system.nodes)
-    moves = np.zeros((len(areas.path.leg), *areas.r1.shape[1:]))
+    moves = np.zeros((len(areas.path.segment), *areas.r1.shape[1:]))
     for j, at in enumerate(instants):
         moves[at, :, nodes] += motion.moves[j].T
     return Mechanism(moves, areas.friction)

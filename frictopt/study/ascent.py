@@ -155,7 +155,7 @@ def increment_map(path: SteppedPath) -> ReturnMap:
     increment has no valid answer.
     """
     before = path.state
-    points = copy(path).follow(path.legs)
+    points = copy(path).follow(path.segments)
     n, S, f = path.nodes, path.system.S, path.friction
     m = len(before.u)
     # (M, M) derivative of the state with respect to the first slips. Gaps follow from the slips.

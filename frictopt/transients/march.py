@@ -164,9 +164,9 @@ class _States(NamedTuple):
 def _exactly(path: ExactPath, cycles: int) -> _States:
     """The states at the events of a recorded path that has not begun."""
     first_time = path.visited
-    legs = path.begun + path.legs * cycles
-    stops = np.array([path.bonded, *(load for load, _ in legs)])
-    path.follow(legs)
+    segments = path.begun + path.segments * cycles
+    stops = np.array([path.bonded, *(load for load, _ in segments)])
+    path.follow(segments)
     time, u, r, status, work = path.states()
     times_of_stops = first_time + np.arange(len(stops))
     bonded = np.array([np.interp(time, times_of_stops, values) for values in stops.T]).T
@@ -183,7 +183,7 @@ class _Runs(NamedTuple):
         """The states of a transient that has not begun. It raises the errors of increments."""
         points = [path.state, *path.follow(path.begun)]
         for _ in range(self.cycles):
-            points += path.follow(path.legs)
+            points += path.follow(path.segments)
             self.report()
         return points
 

@@ -160,7 +160,7 @@ class SteppedPath(Transient):
     def cycle_on(self, count: int) -> FollowedCycle:
         """Follow `count` load cycles, from increment to increment."""
         begin = self.state
-        points = self.follow(self.legs * count)
+        points = self.follow(self.segments * count)
         bonded, u, r, status, work, path = (
             np.array(values) for values in zip(*points, strict=True)
         )

@@ -101,10 +101,9 @@ class Transient(ABC):
     turns
         Numbers of the corners at which a cycle stops: all corners, or, on the exact path, those at
         which the load turns.
-    legs, begun
+    segments, begun
         Segments of the load path. Each has the bonded reactions at its end, and its name for
-        errors. `legs` are the segments of a cycle, `begun` the segments before the first whole
-        cycle.
+        errors. `segments` are those of a cycle, `begun` those before the first whole cycle.
     bonded
         (M,) bonded reactions of the present load.
     visited
@@ -187,14 +186,14 @@ class Transient(ABC):
             start = self._resumed(state)
         self.far_start = self._start_stress > _SUSPECTED_STRESS
 
-        self.legs = [
+        self.segments = [
             (corner, f"the segment to the corner ({name})")
             for corner, name in zip(self.corners, cycle.corner_names, strict=True)
         ]
         if self.visited < 0:
             self.begun = [(self.mean, "the segment from the initial slip to the mean load")]
         elif self.visited > 0:
-            self.begun = self.legs[self.visited :]
+            self.begun = self.segments[self.visited :]
         else:
             self.begun = []
         self._begin(*start)
@@ -224,8 +223,8 @@ class Transient(ABC):
         The first whole cycle begins at the mean load, or at the end of the cycle of an earlier
         state. `overload` is the load factor of the overload.
         """
-        for leg in self.begun:
-            self.follow_to(*leg)
+        for segment in self.begun:
+            self.follow_to(*segment)
         if overload is None:
             return self
         corners = self._unscaled + overload * self._cyclic
@@ -239,9 +238,9 @@ class Transient(ABC):
             self.follow_to(corners[number], f"the overload's segment to the corner ({name})")
         return self
 
-    def follow(self, legs: Iterable[tuple[Array, str]]) -> list[Any]:
-        """Follow the transient through some `legs`, and return the states of its increments."""
-        return [state for leg in legs for state in self.follow_to(*leg) or ()]
+    def follow(self, segments: Iterable[tuple[Array, str]]) -> list[Any]:
+        """Follow the transient through some `segments`, and return the states of its increments."""
+        return [state for segment in segments for state in self.follow_to(*segment) or ()]
 
     def forces_there(self, r: Array) -> str:
         """Describe reactions (M,); before the mean load is reached, also diagnose this load."""

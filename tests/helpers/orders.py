@@ -40,10 +40,10 @@ def largest_round_a_cycle(contact, cycle, friction, start, events, most=30.0, at
     fixed = [load - S[:, n:] @ contact.gap for load in fixed] * (corners if len(fixed) == 1 else 1)
     scaled = list(np.hstack(cycle.corner_reactions(contact)))
     instants, opened, count = [], frozenset(start), 0
-    for leg in range(corners):
-        instants.append((leg, None, opened, opened))
-        for nodes in [nodes for of, nodes in events if of == leg]:
-            instants.append((leg, count, opened, opened ^ nodes))
+    for segment in range(corners):
+        instants.append((segment, None, opened, opened))
+        for nodes in [nodes for of, nodes in events if of == segment]:
+            instants.append((segment, count, opened, opened ^ nodes))
             opened, count = opened ^ nodes, count + 1
     assert opened == start
     friction = np.broadcast_to(friction, n)
@@ -55,15 +55,15 @@ def largest_round_a_cycle(contact, cycle, friction, start, events, most=30.0, at
     def motion(m):
         return unit[1 + count + 2 * n * m : 1 + count + 2 * n * (m + 1)]
 
-    def varies(leg):
-        following = (leg + 1) % corners
-        return scaled[following] - scaled[leg], fixed[following] - fixed[leg]
+    def varies(segment):
+        following = (segment + 1) % corners
+        return scaled[following] - scaled[segment], fixed[following] - fixed[segment]
 
-    for m, (leg, event, before, after) in enumerate(instants):
+    for m, (segment, event, before, after) in enumerate(instants):
         u, later = motion(m), motion((m + 1) % len(instants))
-        r = S @ u + np.outer(scaled[leg], unit[0])
+        r = S @ u + np.outer(scaled[segment], unit[0])
         if event is not None:
-            change, of_fixed = varies(leg)
+            change, of_fixed = varies(segment)
             if at is not None:
                 change = of_fixed + at * change
             elif of_fixed.any():
@@ -73,21 +73,21 @@ def largest_round_a_cycle(contact, cycle, friction, start, events, most=30.0, at
         for i in range(n):
             q, p, w = r[i], r[n + i], u[n + i]
             if i in before or i in after:
-                equal += [(q, -fixed[leg][i]), (p, -fixed[leg][n + i])]
+                equal += [(q, -fixed[segment][i]), (p, -fixed[segment][n + i])]
             else:
-                most_shear = friction[i] * fixed[leg][n + i]
+                most_shear = friction[i] * fixed[segment][n + i]
                 held = friction[i] * p - force * unit[spare]
                 for sign in (1, -1):
-                    less.append((sign * q - held, most_shear - sign * fixed[leg][i]))
+                    less.append((sign * q - held, most_shear - sign * fixed[segment][i]))
             if i in before and i in after:
                 less.append((length * unit[spare] - w, 0.0))
             else:
                 equal.append((w, 0.0))
             if i not in after:
                 equal.append((later[i] - u[i], 0.0))
-    for leg in range(corners):
-        places = [1 + event for of, event, *_ in instants if of == leg and event is not None]
-        by_part = at is not None or varies(leg)[1].any()
+    for segment in range(corners):
+        places = [1 + event for of, event, *_ in instants if of == segment and event is not None]
+        by_part = at is not None or varies(segment)[1].any()
         for one, other in pairwise([None, *places, "end"]):
             row = np.zeros(size) if one is None else unit[one].copy()
             if other != "end":

@@ -13,7 +13,7 @@ def followed(*asked, cycles=0, keep=False):
     path = ExactPath(*asked)
     path = path.recorded() if keep else path
     path.start()
-    path.follow(path.legs * cycles)
+    path.follow(path.segments * cycles)
     return path
 
 

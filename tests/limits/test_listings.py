@@ -182,7 +182,7 @@ for problem, solver in ((answer.problem, solver) for solver in (None, "CLARABEL"
     assert len(off) == 3 * 4 * len(some) and np.abs(off).max() <= 1e-6
 
 
-def test_events_follow_each_other_on_their_leg():
+def test_events_follow_each_other_on_their_segment():
     first, second = cp.Variable(), cp.Variable()
     rows = models.ordered([([first, second], 1.0)])
     for places in product([-0.1, 0.2, 0.8, 1.1], repeat=2):

@@ -255,7 +255,7 @@ def test_the_normal_path_is_that_of_all_sets_tried_at_each_place(seed):
         C = np.eye(count) * 2.0
         loads = rng.integers(-1, 3, (corners, count)).astype(float)
     path = normal_path(C, loads)
-    places = path.leg + path.part
+    places = path.segment + path.part
     assert (np.diff(places) > 0).all() and set(range(corners)) <= set(places.tolist())
     for place in rng.uniform(0, corners, 20):
         k, part = int(place), place % 1
@@ -270,10 +270,10 @@ def test_the_normal_path_is_that_of_all_sets_tried_at_each_place(seed):
 def test_twins_open_in_one_event():
     C = np.array([[2.0, 0.5, 0.5], [0.5, 2.0, 0.1], [0.5, 0.1, 2.0]])
     path = normal_path(C, np.array([[1.0, 1.0, 1.0], [3.0, -1.0, -1.0]]))
-    assert len(path.leg) == 4
+    assert len(path.segment) == 4
     opens = path.presses[0] & ~path.presses[1]
     assert opens.tolist() == [False, True, True]
-    for first, last in pairwise(path.part[path.leg == 0]):
+    for first, last in pairwise(path.part[path.segment == 0]):
         assert last > first
 
 
@@ -281,7 +281,7 @@ def test_of_two_nodes_that_lose_their_pressure_at_once_one_opens():
     """By hand: half way both pressures are zero. The gap of node 0, w = 2 s - 1, presses node 1 by
     0.9 w, which is more than the 0.5 w that the load takes."""
     path = normal_path(np.array([[1.0, 0.9], [0.9, 1.0]]), np.array([[1.0, 0.5], [-1.0, -0.5]]))
-    assert_allclose(path.leg + path.part, [0, 0.5, 1, 1.5])
+    assert_allclose(path.segment + path.part, [0, 0.5, 1, 1.5])
     assert_allclose(path.gap, [[0, 0], [0, 0], [1, 0], [0, 0]], atol=1e-12)
     assert_allclose(path.pressure, [[1, 0.5], [0, 0], [0, 0.4], [0, 0]], atol=1e-12)
 

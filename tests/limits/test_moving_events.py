@@ -1,4 +1,4 @@
-"""Limits with nodes that open and close on any leg of a cycle.
+"""Limits with nodes that open and close on any segment of a cycle.
 
 The limits are compared with closed forms, plain linear programs of the same order of events, and
 transients.
@@ -67,13 +67,13 @@ def opening(kind, count):
 
 def by_plain_program(limit):
     order = limit._question.order
-    legs = order.legs or (0,) * len(order.events)
+    segments = order.segments or (0,) * len(order.events)
     return largest_round_a_cycle(
         limit.system,
         limit.cycle,
         limit.friction,
         order.start,
-        list(zip(legs, order.events, strict=True)),
+        list(zip(segments, order.events, strict=True)),
     )
 
 

@@ -309,7 +309,7 @@ def test_held_loads_that_begin_too_large_are_safe_later():
     assert limit.least == pytest.approx(limit.intervals[0, 0]) and limit.load_factor == np.inf
 
 
-def test_a_piece_ends_where_two_nodes_open_at_the_same_place_of_the_leg():
+def test_a_piece_ends_where_two_nodes_open_at_the_same_place_of_the_segment():
     """By hand: node 0 opens at 1 / (2 lambda), node 1 at 3 / (8 lambda) + 1 / 8; equal at 1."""
     C = np.eye(2)
     at_zero = np.array([1.0, 1.5])
@@ -348,9 +348,9 @@ def test_a_rim_that_can_rest_at_one_load_factor_rests_only_in_its_piece(low, hig
 def test_a_piece_ends_where_two_instants_meet():
     """Their places times the load factor are 1/10 + lambda / 5 and 1/2 + lambda / 10.
 
-    They meet at 4. The second one is at the end of the leg at 5/9.
+    They meet at 4. The second one is at the end of the segment at 5/9.
     """
-    leg = SimpleNamespace(part=np.array([0.0, 0.3, 0.6]))
+    segment = SimpleNamespace(part=np.array([0.0, 0.3, 0.6]))
     place = np.array([[0.0, 0.1, 0.5], [0.0, 0.2, 0.1]])
     nothing = np.zeros((2, 3, 1))
-    assert paths._ends(leg, place, nothing, nothing, 1.0) == pytest.approx((5 / 9, 4.0))
+    assert paths._ends(segment, place, nothing, nothing, 1.0) == pytest.approx((5 / 9, 4.0))

@@ -108,7 +108,7 @@ def all_right(found):
             4469,  # the same with plain rows, which HiGHS does not leave either
             563,  # a node slips and lifts off within a thousandth of the way
             964,  # an open node next to one that rubs
-            2976,  # an event within a thousandth of a leg
+            2976,  # an event within a thousandth of a segment
             3280,  # a limit of 5e-6, of which a millionth is rounding
             3952,  # a start of 1e15 slip scales
             # one node that slides freely: its safe slips have vertices without a traction to tell

@@ -54,7 +54,7 @@ def drifts(contact, cycles):
     path = followed(contact, CYCLE, FRICTION, LOAD_FACTOR)
     states = []
     for _ in range(cycles):
-        path.follow(path.legs)
+        path.follow(path.segments)
         states.append(path.state.u.copy())
     return np.array(states), path.length
 

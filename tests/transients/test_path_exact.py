@@ -46,7 +46,7 @@ def test_an_initial_gap_closes_when_the_bodies_meet():
     )
     path = followed(contact, CYCLE, 0.3, 1.0, keep=True)
     assert path.state.status[1] == 2 and path.state.u[3] + 1.2 == pytest.approx(0.2)
-    path.follow(path.legs)  # ends at p^w = 1.5
+    path.follow(path.segments)  # ends at p^w = 1.5
     assert path.state.status[1] != 2 and path.state.r[3] == pytest.approx(0.3)
 
 

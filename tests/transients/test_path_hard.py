@@ -39,7 +39,7 @@ def test_steady_states_are_where_a_hundred_cycles_go(seed, nodes, corners, size)
     steady = fo.steady_state(contact, cycle, friction, size, initial_slip=start)
     path = followed(contact, cycle, friction, size, start, cycles=100)
     path.state.work[:] = 0.0
-    path.follow(path.legs)
+    path.follow(path.segments)
     scale = path.force**2 / contact.stiffness_scale * max(1.0, size) ** 2
     assert path.state.work.sum() == pytest.approx(steady.dissipation, rel=1e-8, abs=1e-9 * scale)
     assert steady.residual < 1e-9

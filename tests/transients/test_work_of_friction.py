@@ -89,7 +89,7 @@ def test_a_steady_state_is_the_one_that_the_cycles_come_to():
 
 @pytest.mark.parametrize("steps", [None, 1, 3])
 def test_work_under_a_pressure_that_grows_while_the_node_slips(steps):
-    """A = 1 and f = 1/2. On the second leg q^w grows from 1 to 3 and p from 1 to 2.
+    """A = 1 and f = 1/2. On the second segment q^w grows from 1 to 3 and p from 1 to 2.
 
     The bound grows from 1/2 to 1, so that the node slips by 2 - 1/2 under a mean bound of 3/4.
     """

@@ -86,8 +86,8 @@ def sliding_off(
 
     def follow_first_cycle(count: int | None, load_factor: float) -> None:
         path = path_of(system, cycle, friction, load_factor, steps=count, retries=False).start()
-        for leg in path.legs:
-            path.follow([leg])
+        for segment in path.segments:
+            path.follow([segment])
             bar.update()
 
     def follow_all_cycles(load_factor: float) -> None:

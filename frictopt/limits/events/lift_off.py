@@ -1,14 +1,14 @@
 """Nodes that open and close in each cycle: the limit of a given order of openings and closings.
 
 Instants are the corners and the events, in the order in which the load meets them. At event m the
-load is at an unknown place of a leg between two corners. The limit of a given order is a linear
+load is at an unknown place of a segment between two corners. The limit of a given order is a linear
 program, in space a cone program (theory, "Nodes that open and close in each cycle"). At an instant,
 a node counts as closed if it is closed before or after it; A, B and the loads are those of this
 contact. An *episode* is a time in which a node is closed, from a closing to its next opening. In
 each episode the node has one slip.
 
-If all corners lie on a line, the states of rest along a leg between the two ends of the line are a
-function of the load. So the two ends represent all turning points between them.
+If all corners lie on a line, the states of rest along a segment between the two ends of the line
+are a function of the load. So the two ends represent all turning points between them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,7 +23,7 @@ from ...base import RESIDUAL, ROUNDING, Array, Booleans, Integers, kept, number_
 from ...contact import LoadCycle
 from ..program.question import Question, outer_corners, with_open
 
-# Two legs lie on one line if their distance is below this share of their length.
+# Two segments lie on one line if their distance is below this share of their length.
 _SAME_LINE = 1e-9
 
 
@@ -39,12 +39,12 @@ class LoadPath:
 
     @property
     def closed(self) -> bool:
-        """Whether the path returns to its first corner by other legs than it left."""
+        """Whether the path returns to its first corner by other segments than it left."""
         return self.stops[0] == self.stops[-1]
 
     @property
-    def legs(self) -> list[tuple[int, int]]:
-        """First and last corner of each straight leg."""
+    def segments(self) -> list[tuple[int, int]]:
+        """First and last corner of each straight segment."""
         return list(pairwise(self.stops))
 
 
@@ -101,7 +101,8 @@ def may_open_and_close(question: Question, path: LoadPath | None) -> bool:
 
     If nothing else opens or closes in between, the bonded reactions of a node are the same at its
     opening as at its closing (theory, "Where events can gain"). So these reactions must return on
-    the path on which they came: on a line, or on two legs. Here all other nodes count as closed.
+    the path on which they came: on a line, or on two segments. Here all other nodes count as
+    closed.
     """
     if path is None:
         return False
@@ -112,12 +113,12 @@ def may_open_and_close(question: Question, path: LoadPath | None) -> bool:
     loads = loads.reshape(question.r1.shape)
     return any(
         bool(_retraced(*loads[[*first, *second]]).any())
-        for first, second in combinations(path.legs, 2)
+        for first, second in combinations(path.segments, 2)
     )
 
 
 def _retraced(a: Array, b: Array, c: Array, d: Array) -> Booleans:
-    """(N,) nodes whose reactions on the legs a to b and c to d have a part of a line in common."""
+    """(N,) nodes whose reactions on segments a to b and c to d have a part of a line in common."""
     along = b - a
     size = (along**2).sum(axis=0)
     unit = np.where(size > 0, size, 1.0)
@@ -141,9 +142,9 @@ def among(nodes: Nodes, count: int) -> Booleans:
 
 
 class Instant(NamedTuple):
-    """A corner (`event` is None) or an event on a leg, with the open nodes before and after it."""
+    """A corner (`event` is None) or an event, with the open nodes before and after it."""
 
-    leg: int
+    segment: int
     event: int | None
     before: Nodes
     after: Nodes
@@ -164,12 +165,13 @@ class Order(NamedTuple):
     """The nodes that are open at the first corner, and the nodes that switch at each event.
 
     A node switches if it opens or closes. Events are listed in the order in which the load meets
-    them, and `legs` has the leg of each event. Without `legs`, all events are on the first leg.
+    them, and `segments` has the segment of each event. Without `segments`, all events are on the
+    first one.
     """
 
     start: Nodes
     events: tuple[Nodes, ...] = ()
-    legs: tuple[int, ...] = ()
+    segments: tuple[int, ...] = ()
 
     @property
     def between(self) -> list[Nodes]:
@@ -177,22 +179,22 @@ class Order(NamedTuple):
         return list(accumulate(self.events, frozenset.symmetric_difference, initial=self.start))
 
     @property
-    def on_legs(self) -> tuple[int, ...]:
-        """The leg of each event."""
-        return self.legs or (0,) * len(self.events)
+    def on_segments(self) -> tuple[int, ...]:
+        """The segment of each event."""
+        return self.segments or (0,) * len(self.events)
 
     def instants(self, path: LoadPath) -> list[Instant]:
         """The corners and events along a path, in their order."""
         sets = self.between
         instants = list[Instant]()
         event = 0
-        for leg in range(len(path.legs)):
-            instants.append(Instant(leg, None, sets[event], sets[event]))
-            while event < len(self.events) and self.on_legs[event] == leg:
-                instants.append(Instant(leg, event, sets[event], sets[event + 1]))
+        for segment in range(len(path.segments)):
+            instants.append(Instant(segment, None, sets[event], sets[event]))
+            while event < len(self.events) and self.on_segments[event] == segment:
+                instants.append(Instant(segment, event, sets[event], sets[event + 1]))
                 event += 1
         if not path.closed:
-            instants.append(Instant(len(path.legs), None, sets[-1], sets[-1]))
+            instants.append(Instant(len(path.segments), None, sets[-1], sets[-1]))
         return instants
 
 
@@ -243,9 +245,9 @@ class LiftOff(Question):
     @cached_property
     def weights(self) -> Array:
         """(M, K) shares of the corners in the load of each instant."""
-        legs = self.path.legs
-        leg = np.array([min(instant.leg, len(legs) - 1) for instant in self.at])
-        return shares_of_corners(legs, leg, self.way - leg, len(self.r1))
+        segments = self.path.segments
+        segment = np.array([min(instant.segment, len(segments) - 1) for instant in self.at])
+        return shares_of_corners(segments, segment, self.way - segment, len(self.r1))
 
     @cached_property
     def opened(self) -> tuple[Booleans, Booleans]:
@@ -306,7 +308,7 @@ class LiftOff(Question):
         return self.weights @ np.broadcast_to(at_corners, self.bonded[1].shape)
 
     def by_corner(self, moves: Array) -> Array:
-        """Motions at the corners. A motion at an event is divided between the ends of its leg."""
+        """Motions at the corners; one at an event is divided between the ends of its segment."""
         return np.tensordot(self.weights.T, moves, 1)
 
     @cached_property
@@ -329,17 +331,17 @@ class LiftOff(Question):
 
     @property
     def shares(self) -> tuple[float, ...]:
-        """The places of the events on their legs, 0 to 1."""
+        """The places of the events on their segments, 0 to 1."""
         events = [m for m, instant in enumerate(self.at) if instant.event is not None]
-        return tuple(float(self.way[m] - self.at[m].leg) for m in events)
+        return tuple(float(self.way[m] - self.at[m].segment) for m in events)
 
     @cached_property
     def both_vary(self) -> bool:
-        """Whether fixed and scaled loads both vary on a leg that has an event.
+        """Whether fixed and scaled loads both vary on a segment that has an event.
 
         In that case the place of the event times the load factor is not a linear unknown.
         """
-        return any(all(varying(self, leg)) for leg in self.order.on_legs)
+        return any(all(varying(self, segment)) for segment in self.order.on_segments)
 
     def violation(self, load_factor: float, slip: Array) -> float:
         """Distance of a slip from being safe, see `Question.violation`.
@@ -350,7 +352,7 @@ class LiftOff(Question):
         _, r = self.instants(load_factor, slip)
         before, after = self.opened
         touching = np.abs(r).max(axis=1)[before ^ after].max(initial=0.0) / self.force
-        steps = np.diff(self.way, append=float(len(self.path.legs)))
+        steps = np.diff(self.way, append=float(len(self.path.segments)))
         return worst([super().violation(load_factor, slip), touching, -steps.min()])
 
 
@@ -369,12 +371,12 @@ def episodes_of(before: Booleans, after: Booleans, closed: bool) -> Integers:
 
 
 def shares_of_corners(
-    legs: Sequence[tuple[int, int]], leg: Integers, part: Array, count: int
+    segments: Sequence[tuple[int, int]], segment: Integers, part: Array, count: int
 ) -> Array:
-    """(M, count) shares of the corners in the load of M instants, each at a part of its leg."""
-    shares = np.zeros((len(leg), count))
-    instants = np.arange(len(leg))
-    first, last = np.array(legs)[leg].T
+    """(M, count) shares of the corners in the load of M instants, each at a part of its segment."""
+    shares = np.zeros((len(segment), count))
+    instants = np.arange(len(segment))
+    first, last = np.array(segments)[segment].T
     shares[instants, first] += 1 - part
     shares[instants, last] += part
     return shares
@@ -409,9 +411,9 @@ def _blends(corners: Sequence[Mapping[str, float]], weights: Array) -> list[dict
     return blends
 
 
-def varying(question: LiftOff, leg: int) -> tuple[bool, bool]:
-    """Whether the loads at load factor 0, and the scaled loads, vary along a leg."""
-    first, last = question.path.legs[leg]
+def varying(question: LiftOff, segment: int) -> tuple[bool, bool]:
+    """Whether the loads at load factor 0, and the scaled loads, vary along a segment."""
+    first, last = question.path.segments[segment]
     at_zero, scaled = question.bonded
     fixed_varies = len(at_zero) > 1 and bool((at_zero[first] != at_zero[last]).any())
     return fixed_varies, bool((scaled[first] != scaled[last]).any())
@@ -452,9 +454,9 @@ def with_order(question: Question, order: Order) -> LiftOff | None:
 
 
 def way_of(order: Order, instants: Sequence[Instant], shares: Sequence[float]) -> Array:
-    """(M,) place `way` of each instant, from the place of each event on its leg."""
+    """(M,) place `way` of each instant, from the place of each event on its segment."""
     way = []
     for instant in instants:
         share = 0.0 if instant.event is None else shares[instant.event]
-        way.append(instant.leg + share)
+        way.append(instant.segment + share)
     return np.array(way)

@@ -1,6 +1,6 @@
 """The program of an order of events as arrays: load factor and places of the events are unknown.
 
-Each event lies at an unknown place of its leg. If only the scaled loads vary on this leg, the
+Each event lies at an unknown place of its segment. If only the scaled loads vary there, the
 unknown of the program is the place times the load factor; if only fixed loads vary, it is the
 place. If both vary, the load of the event contains the product of load factor and place. The
 program is then linearised about given values of both, see `About`.
@@ -54,7 +54,7 @@ class Forces:
 
 
 def forces_of_order(question: LiftOff, load_factor: float | None, about: About | None) -> Forces:
-    """The forces at all instants, for events that move along their legs; see `About`."""
+    """The forces at all instants, for events that move along their segments; see `About`."""
     axes = question.system.tangents
     count, entries = len(question.sets), len(question.system.S)
     start = np.zeros((count, entries))
@@ -65,7 +65,7 @@ def forces_of_order(question: LiftOff, load_factor: float | None, about: About |
     keys = dict[tuple[int, bytes], int]()
     response_of = np.zeros(count, dtype=int)
     for m, (instant, of_set) in enumerate(zip(question.at, question.sets, strict=True)):
-        corner = question.path.stops[instant.leg]
+        corner = question.path.stops[instant.segment]
         start[m] = of_set.start[corner if of_set.fixed else 0]
         rate[m] = of_set.rate[corner]
         # Instants with the same open nodes and episodes share one response.
@@ -94,7 +94,7 @@ def forces_of_order(question: LiftOff, load_factor: float | None, about: About |
 def _moved_by_event(
     question: LiftOff, m: int, event: int, load_factor: float | None, about: About | None
 ) -> tuple[Array, Array, Array]:
-    """The change (M,) of the forces as an event moves along its leg, and two corrections.
+    """The change (M,) of the forces as an event moves along its segment, and two corrections.
 
     The corrections are zero unless the forces contain the product of the load factor and the place
     of the event, because fixed and scaled loads both vary. The product is then linearised about
@@ -102,7 +102,7 @@ def _moved_by_event(
     added.
     """
     at_zero, scaled = _changes(question, m)
-    fixed_varies, scaled_varies = varying(question, question.at[m].leg)
+    fixed_varies, scaled_varies = varying(question, question.at[m].segment)
     if not (fixed_varies and scaled_varies):
         nothing = np.zeros_like(scaled)
         return at_zero if fixed_varies else scaled, nothing, nothing
@@ -124,8 +124,8 @@ def ordered_program(
     units: dict[str, Any] = {"margin": 1.0}
     if load_factor is None:
         units = {"load_factor": question.load_unit}
-    for event, leg in enumerate(question.order.on_legs):
-        units[f"way{event}"] = question.load_unit if is_scaled(question, leg) else 1.0
+    for event, segment in enumerate(question.order.on_segments):
+        units[f"way{event}"] = question.load_unit if is_scaled(question, segment) else 1.0
     if question.later:
         nodes = [node for node, _ in question.later]
         slip_unit = question.shear_unit / system.own_stiffness[: system.nodes]
@@ -151,15 +151,15 @@ def ordered_program(
     return program
 
 
-def is_scaled(question: LiftOff, leg: int) -> bool:
-    """Whether the unknown place of an event is its share of the leg times the load factor."""
-    fixed_varies, _ = varying(question, leg)
+def is_scaled(question: LiftOff, segment: int) -> bool:
+    """Whether the unknown place of an event is its share of the segment times the load factor."""
+    fixed_varies, _ = varying(question, segment)
     return not fixed_varies
 
 
 def _changes(question: LiftOff, m: int) -> tuple[Array, Array]:
-    """Changes of the forces from the first to the last corner of the leg of an event."""
-    first, last = question.path.legs[question.at[m].leg]
+    """Changes of the forces from the first to the last corner of the segment of an event."""
+    first, last = question.path.segments[question.at[m].segment]
     of_set = question.sets[m]
     at_zero = of_set.start[last] - of_set.start[first] if of_set.fixed else 0.0 * of_set.start[0]
     return at_zero, of_set.rate[last] - of_set.rate[first]
@@ -175,15 +175,15 @@ def _touch_without_force(program: RestProgram, question: LiftOff) -> None:
 
 
 def _follow_each_other(program: RestProgram, question: LiftOff, load_factor: float | None) -> None:
-    """Add the rows by which events of a leg follow each other, between 0 and the end of the leg."""
-    on_legs = question.order.on_legs
+    """Add the rows by which events of a segment follow each other, from 0 to its end."""
+    on_segments = question.order.on_segments
     number = 0
-    for leg in dict.fromkeys(on_legs):
-        events = [f"way{event}" for event, of in enumerate(on_legs) if of == leg]
-        # The end is the load factor where it scales the loads that vary on the leg, otherwise 1.
+    for segment in dict.fromkeys(on_segments):
+        events = [f"way{event}" for event, of in enumerate(on_segments) if of == segment]
+        # The end is the load factor if it scales the loads that vary there, otherwise 1.
         end: dict[str, float] = {}
         last = 1.0
-        if is_scaled(question, leg):
+        if is_scaled(question, segment):
             last = load_factor or 0.0
             end = {"load_factor": 1.0} if load_factor is None else {}
         earlier: dict[str, float] = {}
@@ -230,7 +230,7 @@ def read_solution(
 
 def _places(question: LiftOff, solution: Solution) -> list[float]:
     """The unknown places of the events."""
-    events = range(len(question.order.on_legs))
+    events = range(len(question.order.on_segments))
     return [float(solution.values(f"way{event}")[0]) for event in events]
 
 
@@ -251,12 +251,12 @@ def solved_program(question: Question, solution: Solution, goal: str, **values: 
 def placed_order(question: LiftOff, places: Sequence[float], load_factor: float) -> LiftOff:
     """The order with its events at these places.
 
-    If the load factor scales the loads that vary on a leg, the places there are multiplied by it.
+    If the load factor scales the loads that vary on a segment, it multiplies the places there.
     """
     order = question.order
     shares = []
-    for leg, place in zip(order.on_legs, places, strict=True):
-        if is_scaled(question, leg):
+    for segment, place in zip(order.on_segments, places, strict=True):
+        if is_scaled(question, segment):
             place = place / load_factor if load_factor > 0 else 0.0
         shares.append(place)
     return replace(question, way=way_of(order, question.at, shares))

@@ -250,7 +250,7 @@ class MovingAreas(Question):
         stuck = slip.T.ravel()[inner]
         follow = -self.rim_compliance @ (self.A[np.ix_(rim, inner)] @ stuck)
         motion = self.rim.motion[0] + load_factor * self.rim.motion[1]
-        u = np.zeros((len(self.path.leg), len(self.S)))
+        u = np.zeros((len(self.path.segment), len(self.S)))
         u[:, inner] = stuck
         u[:, rim] = follow + motion.reshape(len(motion), -1)
         u[:, -self.system.nodes :] = self.path.gap[0] + load_factor * self.path.gap[1]
@@ -286,15 +286,15 @@ class MovingAreas(Question):
     @property
     def way(self) -> Array:
         """(M,) places of the instants on the cycle: 2.5 is half way from corner 2 to the next."""
-        return self.path.leg + self.path.part(self.told_at)
+        return self.path.segment + self.path.part(self.told_at)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Loads of the cycle at the corners and events, at load factor 1."""
         corners = len(self.r1)
-        legs = [(k, (k + 1) % corners) for k in range(corners)]
-        leg = self.path.leg
-        weights = shares_of_corners(legs, leg, self.way - leg, corners)
+        segments = [(k, (k + 1) % corners) for k in range(corners)]
+        segment = self.path.segment
+        weights = shares_of_corners(segments, segment, self.way - segment, corners)
         return names_of_instants(self.cycle, weights)
 
     @property

@@ -26,9 +26,10 @@ from ...base import CONDENSATION, ROUNDING, SIMULTANEOUS, Array, Booleans, Integ
 # Pressures up to this share of the largest reaction count as zero, and gaps up to this share of the
 # largest gap that the loads could make: the data are accurate to about this share.
 _ZERO = CONDENSATION
-# An event nearer to the end of its leg than this share of the leg counts as an event at the corner.
+# An event counts as an event at the corner if it is nearer to the end of its segment than this
+# share of the segment.
 _AT_CORNER = SIMULTANEOUS
-# Largest number of events on a leg, and of pivots of a normal problem, each divided by the number
+# Largest number of events on a segment, and of pivots of a normal problem, each over the number
 # of nodes.
 _STEPS = 20
 # After this number of pivots with all wrong nodes, but without improvement, single nodes are
@@ -40,8 +41,8 @@ _PATIENCE = 10
 class NormalPath:
     """Pressures and gaps at the M instants of a load cycle, in their order."""
 
-    leg: Integers  # (M,) the corner at which the leg of the instant begins
-    part: Array  # (M,) place on the leg, 0 at its first corner, below 1
+    segment: Integers  # (M,) the corner at which the segment of the instant begins
+    part: Array  # (M,) place on the segment, 0 at its first corner, below 1
     pressure: Array  # (M, N) force
     gap: Array  # (M, N) length
 
@@ -79,13 +80,15 @@ def normal_path(C: Array, corners: Array) -> NormalPath:
                 pressures[0] + part * pressures[1], gaps[0] + part * gaps[1]
             )
         else:
-            raise NoPath("the events of a leg do not end")
-    legs, parts, all_pressures, all_gaps = zip(*instants, strict=True)
-    return NormalPath(np.array(legs), np.array(parts), np.array(all_pressures), np.array(all_gaps))
+            raise NoPath("the events of a segment do not end")
+    segments, parts, all_pressures, all_gaps = zip(*instants, strict=True)
+    return NormalPath(
+        np.array(segments), np.array(parts), np.array(all_pressures), np.array(all_gaps)
+    )
 
 
 def _to_next_event(*states: tuple[Array, Array]) -> float:
-    """The part of a leg after which the first of some positive values has fallen to zero."""
+    """The part of a segment after which the first of some positive values has fallen to zero."""
     nearest = np.inf
     for values, rates in states:
         falling = (values > 0) & (rates < 0)
@@ -111,7 +114,7 @@ class _NormalProblem:
         """The open nodes from an instant on, and (2, N) pressures and gaps with these open nodes.
 
         `now` are pressures and gaps at the instant, `opened` are the open nodes before it. Along
-        the leg the reactions are `first` plus a growing share of `change`.
+        the segment the reactions are `first` plus a growing share of `change`.
         """
         pressure, gap = now
         touching = (pressure == 0) & (gap == 0)
@@ -238,8 +241,8 @@ class PathPiece:
     load factor.
     """
 
-    leg: Integers  # (M,) the corner at which the leg of the instant begins
-    place: Array  # (2, M) load factor times part of the leg
+    segment: Integers  # (M,) the corner at which the segment of the instant begins
+    place: Array  # (2, M) load factor times part of the segment
     pressure: Array  # (2, M, N) force
     gap: Array  # (2, M, N) length
     at_instant: Statuses
@@ -257,7 +260,7 @@ class PathPiece:
         return np.asarray((self.pressure != 0).any(axis=0))
 
     def part(self, load_factor: float) -> Array:
-        """(M,) place of each instant on its leg at a load factor, 0 at the first corner."""
+        """(M,) place of each instant on its segment at a load factor, 0 at the first corner."""
         return np.asarray(self.place[0] / (load_factor or 1.0) + self.place[1])
 
     def loads(self, at_zero: Array, scaled: Array) -> Array:
@@ -268,17 +271,17 @@ class PathPiece:
         """
         shape = (2, -1, *[1] * (scaled.ndim - 1))
         constant, rate = self.place.reshape(shape)
-        last = (self.leg + 1) % len(scaled)
-        held = at_zero[last] - at_zero[self.leg]
-        change = scaled[last] - scaled[self.leg]
-        zero = at_zero[self.leg] + rate * held + constant * change
-        return np.stack([zero, scaled[self.leg] + rate * change])
+        last = (self.segment + 1) % len(scaled)
+        held = at_zero[last] - at_zero[self.segment]
+        change = scaled[last] - scaled[self.segment]
+        zero = at_zero[self.segment] + rate * held + constant * change
+        return np.stack([zero, scaled[self.segment] + rate * change])
 
 
 def piece_of_path(path: NormalPath) -> PathPiece:
     """A path as a piece, if it holds at all load factors, or is needed at one load factor only."""
     return PathPiece(
-        path.leg,
+        path.segment,
         np.stack([np.zeros_like(path.part), path.part]),
         np.stack([path.pressure, np.zeros_like(path.pressure)]),
         np.stack([path.gap, np.zeros_like(path.gap)]),
@@ -298,15 +301,15 @@ def piece_at(C: Array, at_zero: Array, scaled: Array, load_factor: float) -> Pat
     statuses = Statuses.of(path)
     # Instants that are neither corners nor events are dropped: pressures and gaps are linear there.
     kept = (path.part == 0) | statuses.touching.any(axis=1)
-    path = NormalPath(path.leg[kept], path.part[kept], path.pressure[kept], path.gap[kept])
+    path = NormalPath(path.segment[kept], path.part[kept], path.pressure[kept], path.gap[kept])
     statuses = Statuses(statuses.before[kept], statuses.after[kept])
 
-    instants = len(path.leg)
+    instants = len(path.segment)
     place = np.zeros((2, instants))
     pressure = np.zeros((2, *path.pressure.shape))
     gap = np.zeros_like(pressure)
     following = np.roll(scaled, -1, axis=0)
-    for m, k in enumerate(path.leg.tolist()):
+    for m, k in enumerate(path.segment.tolist()):
         rows = np.stack([at_zero, scaled[k], following[k] - scaled[k]])
         pressures, gaps = states(C, rows, statuses.free[m])
         if path.part[m] > 0:
@@ -319,14 +322,14 @@ def piece_at(C: Array, at_zero: Array, scaled: Array, load_factor: float) -> Pat
     for rate in (pressure[1], gap[1]):
         rate[np.abs(rate) <= ROUNDING * np.abs(rate).max(initial=0.0)] = 0.0
     low, high = _ends(path, place, pressure, gap, load_factor)
-    return PathPiece(path.leg, place, pressure, gap, statuses, low, high)
+    return PathPiece(path.segment, place, pressure, gap, statuses, low, high)
 
 
 def _place_of_event(pressures: Array, touching: Booleans) -> Array:
     """Load factor times place of an event: where a node that opens or closes has no pressure.
 
     `pressures` (3, N) are the pressures at load factor 0, their rate with the load factor at the
-    first corner of the leg, and their change along the leg.
+    first corner of the segment, and their change along the segment.
     """
     node = int((touching * np.abs(pressures[2])).argmax())
     change = float(pressures[2, node])
@@ -340,7 +343,7 @@ def _ends(
 ) -> tuple[float, float]:
     """The load factors between which all positive pressures, gaps and distances stay positive."""
     last = np.roll(path.part == 0, -1)
-    # The distance to the next instant; from the last instant of a leg, to the end of the leg.
+    # The distance to the next instant; from the last instant of a segment, to its end.
     distance = np.roll(place, -1, axis=1) * ~last + np.outer((0.0, 1.0), last) - place
     low = 0.0
     high = np.inf

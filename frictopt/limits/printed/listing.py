@@ -3,10 +3,10 @@
 The arrays of the solver never pass through cvxpy (`rest_program.py`). The answer that is found with
 them is put into the printed problem, and `problem.solve()` then finds it again.
 
-In the problem of an order of events, the load of an event lies at an unknown place of its leg, the
-segment between two corners. If only the scaled loads vary on a leg, the unknown is the place times
-the load factor. If only fixed loads vary, the unknown is the place. If both vary, the problem is
-linearised about the load factor and the place of the answer.
+In the problem of an order of events, the load of an event lies at an unknown place of its segment.
+If only the scaled loads vary on the segment, the unknown is the place times the load factor. If
+only fixed loads vary, the unknown is the place. If both vary, the problem is linearised about the
+load factor and the place of the answer.
 """
 
 from __future__ import annotations
@@ -129,7 +129,7 @@ def ordered(solved: Solved) -> cp.Problem:
     forces = forces_of_order(question, None, about)
     parts = [*_parts(solved, x, partial(friction, f=f), forces, more)]
     shared = [
-        *models.ordered(_ways_of_legs(question, way, x.load_factor)),
+        *models.ordered(_ways_of_segments(question, way, x.load_factor)),
         *models.events(x, touching),
     ]
     listed = [row for rows, _ in parts for row in rows] + shared
@@ -218,14 +218,14 @@ def _more(
     return [sum(each[1:], each[0]) for each in terms.values()]
 
 
-def _ways_of_legs(
+def _ways_of_segments(
     question: LiftOff, ways: Sequence[cp.Variable], load_factor: Any
 ) -> Iterator[tuple[list[cp.Variable], Any]]:
-    """For each leg, the unknown places of its events, and the place of its end."""
-    on_legs = question.order.on_legs
-    for leg in dict.fromkeys(on_legs):
-        places = [place for place, of in zip(ways, on_legs, strict=True) if of == leg]
-        yield places, load_factor if is_scaled(question, leg) else 1.0
+    """For each segment, the unknown places of its events, and the place of its end."""
+    on_segments = question.order.on_segments
+    for segment in dict.fromkeys(on_segments):
+        places = [place for place, of in zip(ways, on_segments, strict=True) if of == segment]
+        yield places, load_factor if is_scaled(question, segment) else 1.0
 
 
 def _multipliers_of_events(

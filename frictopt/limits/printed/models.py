@@ -237,14 +237,14 @@ def events(x: Unknowns, touching: Mapping[int, Sequence[int]]) -> list[Row]:
     return rows
 
 
-def ordered(legs: Iterable[tuple[Sequence[cp.Variable], Any]]) -> list[Row]:
-    """Rows that keep the events of each leg in their order, from 0 to the end of the leg.
+def ordered(segments: Iterable[tuple[Sequence[cp.Variable], Any]]) -> list[Row]:
+    """Rows that keep the events of each segment in their order, from 0 to the end of the segment.
 
-    `legs` has the unknown places of the events of each leg, and the place of its end: the load
-    factor if only scaled loads vary on the leg, otherwise 1.
+    `segments` has the unknown places of the events of each segment, and the place of its end: the
+    load factor if only scaled loads vary on the segment, otherwise 1.
     """
     rows = list[Row]()
-    for way, end in legs:
+    for way, end in segments:
         for earlier, later in pairwise([0, *way, end]):
             rows.append((earlier <= later).set_label(f"way[{len(rows)}]"))
     return rows

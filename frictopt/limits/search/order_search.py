@@ -9,9 +9,9 @@ shows the next order (`settled_orders`). For other cycles there are no pivots, o
 The search calls functions that return the limit for given open nodes, or for an order. Each limit
 passes the usual checks, and its bound holds for its own order only.
 
-If on each leg with events only the scaled or only the fixed loads vary, the limit of an order is
-one convex program. If both vary on such a leg, the program has products of the load factor and the
-places of events. Then linearised programs are solved one after another.
+If on each segment with events only the scaled or only the fixed loads vary, the limit of an order
+is one convex program. If both vary on such a segment, the program has products of the load factor
+and the places of events. Then linearised programs are solved one after another.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ _MOVED = 6
 # Cycles after which a transient is given up.
 _CYCLES = 300
 # A node is open if its gap is above this share of the largest gap. An interval counts if it is
-# longer than this share of a leg.
+# longer than this share of a segment.
 _COUNTS = 1e-9
 
 
@@ -72,7 +72,7 @@ _COUNTS = 1e-9
 class Settled:
     """An order of events, and where the events lie if a transient has shown the order.
 
-    `shares` are the places of the events on their legs, at `load_factor`; empty without a
+    `shares` are the places of the events on their segments, at `load_factor`; empty without a
     transient.
     """
 
@@ -148,25 +148,27 @@ def _order_of(
     corners = max(path.stops) + 1
     begins, ends = time[:-1], time[1:]
     segment = np.floor((begins + ends) / 2)
-    legs = (segment - np.floor(time[0]) - 1).astype(int) % corners
+    segments = (segment - np.floor(time[0]) - 1).astype(int) % corners
     shares = (begins - segment).clip(0.0)
     size = max(float(gap.max()), np.finfo(float).tiny)
     opened = gap[:-1] + gap[1:] > _COUNTS * size
     counts = ends - begins > _COUNTS
     if not path.closed:
-        counts &= legs == 0
-    along = np.lexsort([shares, legs])
+        counts &= segments == 0
+    along = np.lexsort([shares, segments])
     along = along[counts[along]]
 
     sets = [_nodes(opened[j]) for j in along]
     events = list[tuple[int, float, Nodes]]()
     for j, before, after in zip(along[1:], sets[:-1], sets[1:], strict=True):
         if after != before:
-            events.append((int(legs[j]), float(shares[j]), before ^ after))
+            events.append((int(segments[j]), float(shares[j]), before ^ after))
     # Nodes that differ between the last interval and the first one change at the first corner.
     if path.closed and sets[-1] != sets[0]:
         events.append((corners - 1, 1.0, sets[-1] ^ sets[0]))
-    order = Order(sets[0], tuple(nodes for *_, nodes in events), tuple(leg for leg, *_ in events))
+    order = Order(
+        sets[0], tuple(nodes for *_, nodes in events), tuple(segment for segment, *_ in events)
+    )
     return Settled(order, tuple(share for _, share, _ in events), load_factor)
 
 

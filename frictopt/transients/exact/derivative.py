@@ -61,7 +61,7 @@ class ReturnMap:
     >>> path = ExactPath(
     ...     rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 1.0
     ... ).start()
-    >>> path.follow(path.legs)
+    >>> path.follow(path.segments)
     []
     >>> one = return_map(path)
     >>> one.locked.tolist(), (one.derivative.diagonal()[:4].round(6) + 0.0).tolist()
@@ -112,11 +112,11 @@ def return_map(path: ExactPath) -> ReturnMap:
     statuses = list[NDArray[np.int8]]()
     reactions = list[Array]()
     motions = list[Array]()
-    for corner, name in path.legs:
+    for corner, name in path.segments:
         drive = corner - path.bonded
         # Slipping nodes stick at a corner. The new direction of the load decides which nodes slip.
         status = np.where(status == OPEN, OPEN, STICK)
-        for length, next_status, r in _follow_leg(path, corner, name):
+        for length, next_status, r in _follow_segment(path, corner, name):
             D = _after_event(path, D, status, next_status, drive)
             status = next_status
             integral += length * (drive @ D)
@@ -133,7 +133,7 @@ def return_map(path: ExactPath) -> ReturnMap:
     )
 
 
-def _follow_leg(
+def _follow_segment(
     path: ExactPath, corner: Array, name: str
 ) -> list[tuple[float, NDArray[np.int8], Array]]:
     """Follow a path to a corner. Return length, status (N,) and reactions (2, 2N) of stretches.

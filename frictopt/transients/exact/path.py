@@ -96,7 +96,7 @@ class ExactPath(Transient):
         work_so_far = [0.0]
         for _ in range(count):
             for number in self.turns:
-                self.follow_to(*self.legs[number])
+                self.follow_to(*self.segments[number])
                 loads.append(self.bonded)
                 motions.append(state.u.copy())
                 forces.append(state.r.copy())

@@ -417,7 +417,7 @@ def _cycles(sizes: Sizes) -> Iterator[Probe]:
         path = ExactPath(system, LOADS, 0.7, 1.4 * limit).start()
         for _ in range(sizes.cycles):
             path.state.work[:] = 0.0
-            path.follow(path.legs)
+            path.follow(path.segments)
         drift = path.state.r - path.bonded - path.system.S @ path.state.u
         return Answer(
             float(path.state.work.sum()), float(np.abs(drift).max() / path.force), "exact path"
