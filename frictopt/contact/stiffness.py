@@ -104,7 +104,10 @@ def overlapping(S: Array, R: Array, L: Array, D: Array) -> tuple[Array, Array]:
     An overlap stores elastic energy, because the closed contact presses it shut. The displacement
     of its load case is defined so that unloading returns this energy.
     """
-    held = S[:, -len(D) :] @ D
+    normal = S[:, -len(D) :]
+    held = normal @ D
+    # The overlap of a body that is free to leave presses nothing: its forces are rounding.
+    held[np.abs(held) <= ROUNDING * (np.abs(normal) @ np.abs(D))] = 0.0
     p = R[-len(D) :]
     return R + held, L - D.T @ p - p.T @ D - D.T @ held[-len(D) :]
 
