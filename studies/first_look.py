@@ -115,9 +115,9 @@ def _contact_and_models(
 def works(parameters: Parameters) -> Iterator[Row]:
     """One row per load and start.
 
-    There are these starts: no slip, the slip of most work that one overload can leave, the opposite
-    slip, the witness, and the safe slip. Besides evenly spaced loads, there are the limit after one
-    overload, and two loads beside the shakedown limit.
+    The starts are: no slip, the slip that leads to most work of all that one overload can leave,
+    the opposite slip, the witness, and the safe slip. Besides evenly spaced loads, there are the
+    limit after one overload, and two loads beside the shakedown limit.
     """
     system, lower, after_overload = _contact_and_models(parameters.elements, parameters.friction)
     safe = fo.shakedown_limit(system, LOADS, parameters.friction)

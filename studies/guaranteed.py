@@ -1,4 +1,4 @@
-"""The guaranteed limit of the paper's scene beside the shakedown limit, and two nodes as example.
+"""The guaranteed limit of the paper's scene beside the shakedown limit; two nodes as an example.
 
 Run with `python -m studies guaranteed [--quick]`. All limits of the scene are amplitudes of the
 bulk stress over the mean pressure, sigma / (P / 2a). Between the two limits the start decides

@@ -70,7 +70,7 @@ def _case(parameters: Parameters) -> _Case:
 def steady_cycle(parameters: Parameters) -> Iterator[Row]:
     """One row per instant and node.
 
-    Between events the exact path is linear in time, and so is the interpolation.
+    Linear interpolation is exact, because the path is linear in time between events.
     """
     case = _case(parameters)
     path = case.path

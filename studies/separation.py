@@ -42,7 +42,7 @@ class Parameters:
     cells: tuple[int, ...] = (20, 28, 40, 56, 80, 112, 160, 224)
     # Numbers of elements of the punches, grading 3.
     elements: tuple[int, ...] = (16, 24, 32, 48, 64, 96)
-    # Roundings s: the gap is s (|x| / a - 0.6)^2 over a P / (2a E).
+    # Roundings s: the gap is s (|x| / a - 0.6)^2 in units of a P / (2a E).
     roundings: tuple[float, ...] = (2.0, 20.0, 100.0, 1000.0)
     friction: float = 0.6
     # Frictions of the rounded punch.

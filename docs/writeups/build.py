@@ -1,8 +1,8 @@
 """Build the write-ups as PDF: `python docs/writeups/build.py [name ...] [--quick]`, into `docs/writeups/output`.
 
-It needs `pip install pypandoc_binary typst` beside the extra `studies`. Figures are those of
-`python -m paper_figures`, drawn here, with the data that is missing; `--quick` takes coarse meshes.
-In the Markdown a block `{include} FILE` stands for a table with the command that made it, and a
+It needs `pip install pypandoc_binary typst` and the extra `studies`. It draws the figures of
+`python -m paper_figures`, after it has computed missing data; `--quick` uses coarse meshes. In the
+Markdown, a block `{include} FILE` stands for a table with the command that made the table, and a
 block `{figure} NAME` for a figure with its caption.
 """
 
@@ -17,7 +17,7 @@ import typst
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 sys.path.insert(0, str(ROOT))
-from paper_figures.__main__ import make  # noqa: E402  of the repository, which is not installed
+from paper_figures.__main__ import make  # noqa: E402  a folder of the repository, not installed
 
 NAMES = ("lift-off", "guaranteed-in-space", "fatigue-band", "paper")
 LOOK = {
@@ -28,7 +28,7 @@ LOOK = {
 
 
 def build(name: str, quick: bool) -> Path:
-    """The PDF of one write-up."""
+    """The PDF file of one write-up."""
     text = (HERE / f"{name}.md").read_text(encoding="utf-8")
     text = re.sub(
         r"```\{include\} (\S+)\n```",
@@ -41,7 +41,7 @@ def build(name: str, quick: bool) -> Path:
         text,
         flags=re.DOTALL,
     )
-    text = text.replace("](../", "](/docs/")  # typst counts from the root of the repository
+    text = text.replace("](../", "](/docs/")  # typst resolves links from the root of the repository
     look = [f"--variable={key}:{value}" for key, value in LOOK.items()]
     options = [
         "--standalone",
@@ -61,12 +61,12 @@ def build(name: str, quick: bool) -> Path:
 
 
 def figure(name: str, caption: str, quick: bool) -> str:
-    """A figure in Markdown, drawn if need be."""
+    """Draw a figure, and return it in Markdown."""
     return f"![{' '.join(caption.split())}](/{make(name, quick=quick)[0].relative_to(ROOT).as_posix()})"
 
 
 def main() -> None:
-    """Build those that are named, or all."""
+    """Build the named write-ups, or all of them."""
     parser = argparse.ArgumentParser(description="Build the write-ups as PDF.")
     parser.add_argument(
         "names", nargs="*", metavar="name", help=f"all by default: {', '.join(NAMES)}"

@@ -244,7 +244,7 @@ class Joint(Shown):
 
     @property
     def suggestion(self) -> str:
-        """Options for a command: mean load (the first that presses) and corners (all later)."""
+        """Options for a command: the mean load is the first state that presses, corners follow."""
         names = [name for name in self.states if name not in self.unlike]
         presses = set(self.pressing)
         mean = next((name for name in names if self.states[name].keys() & presses), "")

@@ -192,12 +192,12 @@ class BackboneCurve(Kept, Plotted, Resonant):
     ) -> SteadyState:
         """The steady state at which the slipping share or the work of friction reaches a number.
 
-        Between two neighbouring load factors of the curve, the share or the work first rises
-        through the number. Transients narrow this interval to a ten thousandth of the load factor
-        in the plane, and to a hundredth in space. The steady state at its upper end is returned.
-        Its share or work is at least the number. It may be larger, because nodes begin to slip one
-        by one. If the curve has just this number at its first load factor, the interval begins at
-        0.
+        The search begins with the first interval between two load factors of the curve in which the
+        share or the work rises through the number. Transients narrow this interval to a ten
+        thousandth of the load factor in the plane, and to a hundredth in space. The steady state at
+        its upper end is returned. Its share or work is at least the number. It may be larger,
+        because nodes begin to slip one by one. If the curve has just this number at its first load
+        factor, the interval begins at 0.
 
         Parameters
         ----------

@@ -48,7 +48,7 @@ _MARKED: Look = {name: series(0)[name] for name in ("color", "marker")}
 
 @picture.register
 def _comparison(of: Comparison, ax: AnyAxes) -> AnyAxes:
-    """Each number of each variant, divided by that of the first variant, if all are finite."""
+    """The numbers of all variants, divided by those of the first variant, if all are finite."""
     numbers = of.table.set_index("number")[list(of.names)].astype(float)
     ratios = numbers.div(numbers[of.names[0]], axis=0)
     ratios = ratios[np.isfinite(ratios).all(axis=1)]

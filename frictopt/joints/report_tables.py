@@ -221,7 +221,7 @@ def _converges(parts: ReportParts, steady: SteadyState) -> str:
 
 
 def _if_fine(steady: SteadyState, converges: str) -> str:
-    """The given text on convergence, or another one if the increments are too coarse."""
+    """The given text on convergence; for coarse increments, that finer ones are needed."""
     return "with finer increments" if increments_are_coarse(steady) else converges
 
 

@@ -231,8 +231,8 @@ class Resonant:
         Raises
         ------
         ModelError
-            None or several of the four limits, a limit above what the curve reaches, and the errors
-            of `response`.
+            Not exactly one of the four limits is given, or the curve does not reach it; and the
+            errors of `response`.
         SolverError
             No steady state is found at an amplitude.
 

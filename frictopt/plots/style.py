@@ -112,7 +112,7 @@ def new_axes(
     Raises
     ------
     ModelError
-        `ax` is another number of axes.
+        `ax` is not one matplotlib axes for each panel, or lacks the projection in space.
     """
     if ax is None:
         figure = plt.figure(figsize=size, layout="constrained")

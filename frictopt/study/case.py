@@ -100,7 +100,7 @@ class Case:
 
     @cached_property
     def key(self) -> str:
-        """The key of contact, load cycle and friction, and of their shakedown limit in a store."""
+        """The key of this contact with its loads and friction: its limit is stored under it."""
         return self.contact + digest(_numbers(self.friction))
 
 

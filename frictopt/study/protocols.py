@@ -356,9 +356,9 @@ class FrictionAfterProtocol(AfterProtocol):
     required, lower
         `required` is the least coefficient of friction such that the contact comes to rest with it
         and with all larger frictions tried; inf if it does not come to rest with the largest
-        friction. `lower` is the largest friction tried with which it does not, or with which a
-        transient has no result, see `note`. If the contact comes to rest with all frictions tried,
-        `lower` is the `bound` of `required_friction`.
+        friction. `lower` is the largest friction tried with which the contact does not come to
+        rest, or a transient has no result (see `note`). If the contact comes to rest with all
+        frictions tried, `lower` is the `bound` of `required_friction`.
     least
         Result `required` of `required_friction`. With less friction, no start comes to rest while
         all nodes stay closed.

@@ -42,7 +42,7 @@ class RangeStarts:
         return self._furthest(self._question.cycle.mean, "under the mean load")
 
     def at_corners(self) -> dict[str, Array]:
-        """The furthest admissible slips at each corner, or at the corners furthest apart."""
+        """The furthest admissible slips at the corners; of many, at the twelve furthest apart."""
         cycle = self._question.cycle
         loads = cycle.at(self._load_factor)
         slips = dict[str, Array]()

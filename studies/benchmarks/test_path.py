@@ -61,7 +61,8 @@ def test_two_cycles_above_the_limit_against_lemke(compare, contact, cycle):
 def test_steady_states_from_random_starts(benchmark, contact, cycle):
     """Whole transients to their proven steady states.
 
-    There are 5 load factors, and Chebyshev modes 1 to 6 of several amplitudes.
+    There are 5 load factors. Starts are random sums of the Chebyshev modes 1 to 6, with several
+    amplitudes.
     """
     limit = fo.shakedown_limit(contact, cycle, FRICTION).load_factor
     modes = np.polynomial.chebyshev.chebvander(contact.x, 6)[:, 1:]

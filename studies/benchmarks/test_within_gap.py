@@ -1,4 +1,4 @@
-"""Limits within a gap: misses and steps of random contacts and scenes, times against exact limits.
+"""Limits within a gap: their errors and steps, and their times against those of exact limits.
 
 `norm` is the norm of friction times T: below 1, the repair of multipliers is proven to converge.
 """
@@ -67,7 +67,7 @@ def random_contact(rng, tangents, coupling, below=30):
 @pytest.mark.filterwarnings("ignore:shakedown_limit. stopped")
 @pytest.mark.parametrize(("coupling", "most_friction", "share"), [(0.6, 1.0, 1.0), (2.0, 3.0, 0.8)])
 def test_random_contacts(coupling, most_friction, share, record_property):
-    """No exact limit of 100 contacts is outside the gap; this share needs at most 2000 steps."""
+    """The gap contains the exact limits of 100 contacts; 2000 steps suffice for this `share`."""
     rng = np.random.default_rng(17)
     steps, norms = [], []
     for number in range(100):
@@ -107,7 +107,7 @@ def test_random_contacts(coupling, most_friction, share, record_property):
 
 
 def test_required_frictions_of_random_contacts(record_property):
-    """No exact friction of 60 contacts is outside, and at most 3000 steps narrow each to 1 %."""
+    """The gap of 1 % contains the exact frictions of 60 contacts, after at most 3000 steps."""
     rng = np.random.default_rng(17)
     steps = []
     for number in range(60):
@@ -129,7 +129,7 @@ def test_required_frictions_of_random_contacts(record_property):
 
 
 def test_the_required_friction_of_400_nodes(record_property):
-    """At most half of the time of the exact friction."""
+    """The friction to 1 % takes at most half of the time of the exact friction."""
     spent, answers = [], []
     for elements, gap in ((4, None), (4, 0.01), (19, None), (19, 0.01)):  # small ones compile
         contact = fo.scenes.SquarePunch(elements=elements).condense()
@@ -162,7 +162,7 @@ def test_steps_of_a_dovetail_that_wedges():
 
 
 def test_900_nodes_against_the_exact_limit(tmp_path, record_property):
-    """Each contact is new, so that each time contains what questions about a contact share."""
+    """Each contact is new, so that each time includes the work that its questions share."""
     fo.scenes.SquarePunch(elements=29).condense().save(tmp_path / "contact.npz")
     spent = []
     for gap in (None, None, 0.01):  # the first call compiles
@@ -179,7 +179,7 @@ def test_900_nodes_against_the_exact_limit(tmp_path, record_property):
 
 
 def test_2500_nodes_within_a_thousandth(tmp_path, record_property):
-    """At most 0.4 of the time of the exact limit; with a second friction at most 0.25."""
+    """They take at most 0.4 of the time of the exact limit, at a second friction at most 0.25."""
     path = tmp_path / "contact.npz"
     code = (
         "import resource, sys, time, frictopt as fo\n"
@@ -225,7 +225,7 @@ def test_half_spaces_of_4096_and_16384_nodes(record_property):
 
 
 def test_900_nodes_by_products_alone(record_property):
-    """At most twice the time of the condensed contact, and 1.1 times its memory."""
+    """They take at most twice the time of the condensed contact, and 1.1 times its memory."""
     code = (
         "import resource, sys, time, frictopt as fo\n"
         "cycle = fo.LoadCycle({'P': 1.0}, [{'sigma': -1.0}, {'sigma': 1.0}])\n"

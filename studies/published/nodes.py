@@ -196,8 +196,8 @@ def one_wedged(contact: fo.ContactSystem) -> float:
 def least_wedged(contact: fo.ContactSystem) -> float:
     """Least friction with which some slip of two nodes wedges.
 
-    It is the largest `|A v| / (B v)` of both nodes, made as small as possible by the direction of
-    the slip v. Both `B v` must be above 0.
+    A slip v with both `B v` above 0 wedges if friction is at least the larger `|A v| / (B v)` of
+    the two nodes. The direction of v makes this number as small as possible.
     """
 
     def needed(angles: Array) -> Array:

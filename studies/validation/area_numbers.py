@@ -34,7 +34,8 @@ from .moving_events import (
 )
 
 KINDS = ("cylinder", "pad", "twins")
-# A transient that shakes down just above a limit would show a higher limit of another order.
+# A transient that shakes down just above a limit would reveal another order of events, with a
+# higher limit.
 _ABOVE = (1.001, *ABOVE)
 _BETAS = (0.0, 0.05, 0.1, 0.2, 0.3)
 _PHASES = (10, 45, 90)

@@ -54,7 +54,7 @@ QUICK = Parameters(formulations=("node to surface",), histories=("closed",), inc
 
 @dataclass(frozen=True)
 class History:
-    """Displacements (x, y) of the top of the upper block from (0, 0), its gap, and its friction."""
+    """Path (x, y) of the top of the upper block from (0, 0), the initial gap, and the friction."""
 
     corners: tuple[tuple[float, float], ...]
     gap: float

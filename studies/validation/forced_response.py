@@ -66,7 +66,7 @@ CASES = (
 class Parameters:
     """Parameters of the study."""
 
-    # Largest number of forces of each case.
+    # Largest number of forces that are tried in each case.
     most_forces: int = 5
     # Number of load factors of a curve.
     factors: int = 60
@@ -222,7 +222,7 @@ def band(parameters: Parameters) -> Iterator[Row]:
 
 
 def masses(parameters: Parameters) -> Iterator[Row]:
-    """One row for each random joint of one mass and force."""
+    """One row for each random joint, which carries one mass, and for each force."""
     for number in each(range(parameters.joints), "random joints"):
         rng = np.random.default_rng([parameters.seed, number])
         joint = random_mass(rng)
@@ -324,7 +324,7 @@ _SORTED_AT = 0.05
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
-    """The errors of peaks, the interaction that sorts them, few load factors, and the band."""
+    """Sentences on the peaks, on curves of few load factors, and on the band of all starts."""
     table = tables[PEAKS.name]
     parts = [_errors(table), _sorting(table), _masses(tables[MASSES.name]), _folds(table)]
     return "\n\n".join([*parts, _few(tables[FEW.name]), _band(tables[BAND.name])])
@@ -351,7 +351,7 @@ def _errors(table: pd.DataFrame) -> str:
 
 
 def _sorting(table: pd.DataFrame) -> str:
-    """A sentence for each side of the threshold of the interaction: the errors of its peaks."""
+    """The errors of the peaks with little interaction, and of the others, a sentence for each."""
     known = table[np.isfinite(table["peak"])]
     errors, small = _error(known).abs(), known["interaction"] <= _SORTED_AT
     said = []

@@ -90,8 +90,9 @@ class JointedMass:
 def _obey(K, at_rest, preload, friction, motion):  # type: ignore[no-untyped-def]
     """Change slips and gaps (2 m,) so that all nodes obey the contact law.
 
-    Semi-smooth Newton method: while nodes stick, slip or are open, the forces are linear. The
-    states follow from the forces, until no state changes.
+    This is a semi-smooth Newton method. With the status of each node fixed, the contact law is
+    linear. Each iteration solves it, and the new forces determine the statuses again, until nothing
+    changes.
     """
     m = len(preload)
     before = motion.copy()

@@ -29,7 +29,7 @@ _NODES = 10
 # Share by which load factors may exceed `highest`, so that the witness of a limit there is
 # feasible.
 _ROOM = 1e-6
-# Bounds are widened by this share and by this dimensionless amount, which are above rounding.
+# Bounds are widened by this share and by this dimensionless amount, to be safe from rounding.
 _PAD = 1e-3
 # H counts as positive definite if its least eigenvalue exceeds this share of the least eigenvalue
 # without friction.

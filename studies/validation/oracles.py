@@ -226,7 +226,7 @@ def on_both_bounds(
 
 
 def _to_and_fro(nodes: int, rate: Any, friction: Any) -> list[tuple[int, tuple[int, int]]]:
-    """Nodes whose bounds of forward and backward slip govern at different corners, with these."""
+    """Nodes whose forward and backward bounds govern at different corners, and these corners."""
     forward, backward, _ = np.moveaxis(rate.reshape(-1, 3, nodes), 1, 0)
     tie = _TIE * np.maximum(np.abs(forward), np.abs(backward)).max(axis=0)
     governs_forward = forward <= forward.min(axis=0) + tie

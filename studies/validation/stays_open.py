@@ -89,7 +89,7 @@ def intervals_in_space(
 
 
 def reach(known: list[tuple[float, float]], load_factor: float, alike: float = 1e-7) -> float:
-    """The end of the safe load factors that begin at `load_factor`, each safe with some set."""
+    """The load factor up to which all load factors from `load_factor` on are safe with some set."""
     for least, largest in sorted(known):
         if least <= load_factor * (1 + alike) + alike:
             load_factor = max(load_factor, largest)

@@ -148,7 +148,7 @@ def verify(
     lambda_2, or at the load factor at which the cyclic reactions reach the mean pressures, if it is
     smaller. Only some starts near the witness slip for ever at this load factor. So the study also
     follows a slip that makes the node critical there, at 0.9 and 1.1 times the distance from the
-    limit. A ValueError names a limit without a load to test at.
+    limit. A ValueError is raised if the limit leaves no load factor to test at.
     """
     rng = np.random.default_rng(seed)
     upper = limit.shakedown.load_factor
@@ -258,7 +258,7 @@ def _row(limit: fo.results.GuaranteedLimit, size: float, test: _Test) -> dict[st
         )
     except fo.NoContinuation:
         return row | {"outcome": NO_OUTCOME, "dissipation": np.nan, "cycles": 0, "residual": np.nan}
-    # Slip that has nearly died out has less work than the error of its work.
+    # If slip has nearly died out, its work is smaller than the error of this work.
     row["outcome"] = steady.outcome.name if steady.work_error < 1 else NO_OUTCOME
     return row | {name: getattr(steady, name) for name in ("dissipation", "cycles", "residual")}
 

@@ -148,9 +148,9 @@ def _rival(rivals: pd.DataFrame, ours: Any) -> str:
 
 
 def _ahead(rivals: pd.DataFrame) -> str:
-    """The rivals that are faster than all answers of frictopt with the same accuracy.
+    """Rivals that are faster than every answer of frictopt that is as accurate as theirs.
 
-    Of each rival, the most accurate such answer is shown.
+    The most accurate of these answers is shown for each rival.
     """
     if not len(rivals):
         return ""

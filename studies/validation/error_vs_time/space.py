@@ -192,7 +192,8 @@ def _name(scene: Scene) -> str:
 _ABOVE = 1.5
 # Tolerance of a limit after a protocol.
 _PROVEN = 1e-4
-# Half the side of the sphere's grid divided by the radius of its contact. Every node is pressed.
+# Half the side of the sphere's grid divided by the radius of its contact. The grid is small enough
+# that every node is pressed.
 _HALF = 0.6
 # Number of rays on which a region is compared with its closed form.
 _RAYS = 64

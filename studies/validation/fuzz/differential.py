@@ -46,7 +46,8 @@ class Description:
     sense
         -1 if the contact is seen from behind, else 1.
     force, length
-        Value of a force and of a length in the description, over its value in the contact.
+        A force in the description divided by the same force in the contact, and the same for a
+        length.
     """
 
     system: fo.ContactSystem
@@ -220,8 +221,9 @@ def _other_units(scene: Scene) -> tuple[float, bool]:
 def _path(scene: Scene) -> tuple[float, bool]:
     """Compare the work along the path with the forces and slips of its states.
 
-    Between two states everything is linear. The work of friction of a node is -q dv, and the loads
-    do the sum of this work and of the stored energy.
+    Between two states everything is linear, so the work of friction of a node is -q dv with the
+    mean of both q. The work of the loads must be the work of friction plus the change of stored
+    energy.
     """
     path = scene.marched
     mean_shear = (path.q[1:] + path.q[:-1]) / 2

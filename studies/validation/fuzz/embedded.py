@@ -85,7 +85,7 @@ def in_plane(question: Callable[..., T], *arguments: Any, **options: Any) -> T:
 
 
 def limit(subject: Embedded) -> Answered:
-    """Compare the limits; if open nodes differ, also the limit with the open nodes of the plane."""
+    """Compare the limits; if the open nodes differ, also for the open nodes of the plane."""
     plane, solid = subject.answered_limit, subject.limit_in_space
     # NaN: with the open nodes of the answer, no load factor is safe.
     if not solid.load_factor >= plane.load_factor and (solid.open != plane.open).any():

@@ -43,7 +43,7 @@ class Arrays:
     program
         For HiGHS.
     equal
-        Number of the first rows, which are equations.
+        Number of rows at the top that are equations.
     """
 
     def __init__(self, problem: Any) -> None:

@@ -63,7 +63,7 @@ def report(tables: Mapping[str, pd.DataFrame]) -> str:
 def _shown(part: pd.DataFrame) -> Iterator[Any]:
     """The rows of the printed table.
 
-    Rows of one method that fail for one reason are one row.
+    If a method fails in several rows for the same reason, they become one row.
     """
     seen = set()
     for row in part.itertuples():
