@@ -194,7 +194,7 @@ class Run:
             error = work_error(self.path, cycles, self.later_changes)
         if not error < _DYING_WORK:
             return None
-        error = max(error, self.search.work_error(self.later_changes))
+        error = max(error, self.search.work_error())
         return Settled(Outcome.CYCLIC_SLIP, self.path, cycles[-1], error, (cycles[-1],))
 
     def _judged_at_limit(self) -> Settled | None:

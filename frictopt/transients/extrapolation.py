@@ -9,7 +9,8 @@ events may follow. Two kinds of proof exclude such events.
   them shows whether the map is still affine there.
 - `CurvedLimit`, in increments. The directions of slip change, so the map is nonlinear, and
   extrapolation is repeated. One cycle from the last state, and from two states between it and the
-  fixed point, must come closer to the fixed point. A later extrapolation must give the same work.
+  fixed point, must come closer to the fixed point. A later extrapolation must give nearly the same
+  work.
 """
 
 from abc import ABC, abstractmethod
@@ -55,12 +56,10 @@ _CYCLES_PER_TURN = 60
 _MOST_TURNS = 6
 # Positions of the tested states between the fixed point (0) and the last state (1).
 _SHARES = (0.5, 0.1)
-# Largest relative difference of the works at two fixed points that count as the same.
-_SAME_WORK = 3e-8
 # Estimated error of the work at the limit while nodes are yet to stop, as a share of the distance
 # between the last work and the work at the limit. In random contacts it was at most 0.4 %.
 _LATER_EVENTS = 1e-2
-# Largest accepted relative error of the work due to such nodes.
+# Largest accepted relative error of the work.
 _ACCEPTED = 1e-5
 
 
@@ -96,11 +95,8 @@ class LimitSearch(ABC):
         self.attempts = 0
         self.wait = 0
 
-    def work_error(self, later_changes: float) -> float:
-        """Estimated relative error of the work at the limit; 0 on the exact path.
-
-        `later_changes` is the attribute of `Run`.
-        """
+    def work_error(self) -> float:
+        """Estimated relative error of the work at the limit; 0 on the exact path."""
         return 0.0
 
 
@@ -147,17 +143,20 @@ def _is_affine(path: Transient, limit: Array, moves: Moves, follow: Follow) -> b
 class CurvedLimit(LimitSearch):
     """The search in increments.
 
-    `fixed` is a return from the last fixed point, and `shift` the relative change of its work from
-    that at the previous fixed point. `events_error` is the estimated relative error of its work due
-    to nodes that are yet to stop.
+    `fixed` is a return from the last fixed point, and `distance` the distance of the transient from
+    it. `rates` are relative changes of the work from one fixed point to the next, divided by the
+    way of the transient in between: the last two, because one change may be small by chance.
+    `events_error` is the estimated relative error of its work due to nodes that are yet to stop.
 
     If some nodes stick in the last returns, there are other fixed points nearby. Later events of
     the transient shift the fixed point; the shift decreases as the transient approaches it. So a
-    fixed point counts only if a fixed point extrapolated from a later state has the same work.
+    fixed point counts only if a fixed point extrapolated from a later state has nearly the same
+    work.
     """
 
     fixed: FollowedCycle | None = None
-    shift: float = 0.0
+    distance: float = 0.0
+    rates: tuple[float, float] = (0.0, 0.0)
     events_error: float = 0.0
 
     def find(
@@ -182,6 +181,7 @@ class CurvedLimit(LimitSearch):
         limit, turns = iterated
         approached = _is_approached(path, latest, limit.cycle, follow)
         earlier, self.fixed = self.fixed, limit.cycle
+        farther, self.distance = self.distance, np.abs(latest.after - limit.cycle.after).max()
         if earlier is None or not approached:
             return None
 
@@ -192,15 +192,14 @@ class CurvedLimit(LimitSearch):
         self.wait = _LEAST_CYCLES * turns
         if self.events_error > _ACCEPTED:
             self.wait = max(self.wait, cycles // 4)
-        total = limit.cycle.work.sum()
         change = np.abs(limit.cycle.work - earlier.work)
-        self.shift = float(change.sum() / (total or 1.0))
-        is_same = (change <= _SAME_WORK * total + no_work).all()
-        return limit if is_same and self.events_error <= _ACCEPTED else None
+        shift = float(change.sum() / (limit.cycle.work.sum() or 1.0))
+        self.rates = self.rates[1], shift / max(farther - self.distance, RESIDUAL)
+        return limit if self.work_error() <= _ACCEPTED else None
 
-    def work_error(self, later_changes: float) -> float:
-        """See `LimitSearch`. The fixed point shifts in proportion to the changes left."""
-        return max(later_changes * self.shift, self.events_error)
+    def work_error(self) -> float:
+        """See `LimitSearch`. The fixed point shifts in proportion to the way that is left."""
+        return max(self.distance * max(self.rates), self.events_error)
 
 
 def _iterated(

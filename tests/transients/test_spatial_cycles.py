@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.transients import extrapolation
 from helpers.spatial import cycle, random_contact, single
 from helpers.systems import at_corners, unit_nodes
 
@@ -262,13 +261,3 @@ def test_work_that_dies_out_slowly_is_rest_however_close_the_limit(seed, ratio):
     assert (np.linalg.norm(q, axis=2) <= 0.5 * p + 1e-9).all()
     works = fo.march(*problem, cycles=600, initial_slip=start, steps=2).cycle_work.sum(axis=1)
     assert (np.diff(works) <= 1e-14).all() and works[-1] < 1e-6 * works[0]
-
-
-@pytest.mark.parametrize(
-    ("later_changes", "error"), [(1.0, 0.2), (0.5, 0.1), (0.01, 0.03), (0.0, 0.03)]
-)
-def test_the_error_of_a_fixed_point_falls_with_the_changes_that_are_left(later_changes, error):
-    """The work moved by 20 % to this fixed point, and nodes that have yet to stop change 3 %."""
-    search = extrapolation.CurvedLimit(shift=0.2, events_error=0.03)
-    assert search.work_error(later_changes) == pytest.approx(error)
-    assert extrapolation.CurvedLimit().work_error(later_changes) == 0.0
