@@ -1,1 +1,1 @@
-"""Numerical studies, one a file or folder: each computes tables and writes them with their provenance."""
+"""Numerical studies, each in a file or a folder; each computes tables and writes them with their origin."""

@@ -56,7 +56,7 @@ PROGRAMS = {
 
 
 def time_of(study: Study) -> tuple[str, str]:
-    """Minutes of a study, from the last line of its page, and the options of the command there."""
+    """Minutes that a study takes, and the options of its command, both from the last line of its page."""
     for folder in ("docs/tables", "docs/writeups/tables"):
         page = _ROOT / folder / f"{study.name}.md"
         if page.is_file():

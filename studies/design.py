@@ -1,10 +1,10 @@
 """Best designs: profiles of a punch, relief of a dovetail's flanks, and the bolts of a lap joint.
 
 Run with `python -m studies design [--quick]`. Material is removed from the face of the paper's
-punch up to a depth. The unit of the depth is the half-width of the punch if the pressure equals the
-modulus E. The best profiles are compared with the profile that wear makes. "Three shapes" are even
-polynomials up to the sixth degree. The lap joint is in space: three bolts in a row, a small
-pressure, and a pull and a side load to and fro.
+punch up to a depth. The unit of the depth is the half-width of the punch times its mean pressure
+over the modulus E. The best profiles are compared with the profile that wear makes. "Three shapes"
+are even polynomials up to the sixth degree. The lap joint is in space: three bolts in a row, a
+small pressure, and a pull and a side load to and fro.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

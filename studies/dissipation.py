@@ -123,7 +123,7 @@ def runs_of(parameters: Parameters, workers: int = 1, store: str | None = None) 
             )
             part = part.filter(described(_RUN))
             part["amplitude"] /= slip_unit(case.system)
-            # The ratio is assigned, because a division would round it.
+            # The ratio is copied, because a division would round it.
             parts.append(part.assign(friction=case.friction, load_ratio=ratio))
     return pd.concat(parts, ignore_index=True)
 

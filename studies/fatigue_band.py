@@ -1,10 +1,10 @@
 """The fatigue band of a rounded punch along the contact, and its largest value against the mesh.
 
-Run with `python -m studies fatigue_band [--quick]`. The parameter is that of Smith, Watson and
-Topper in the block, on the face and below. The load factor is below the guaranteed limit, so that
-all starts come to rest: transients from random starts must stay in the band. On the face the
-largest value grows with each refinement; at a depth it converges. Lengths are divided by the
-half-width a of the punch, and stresses by P / 2a. Young's modulus is 1.
+Run with `python -m studies fatigue_band [--quick]`. The parameter of Smith, Watson and Topper is
+computed in the block, on its face and below the face. The load factor is below the guaranteed
+limit, so that all starts come to rest: transients from random starts must stay in the band. On the
+face the largest value grows with each refinement; at a depth it converges. Lengths are divided by
+the half-width a of the punch, and stresses by P / 2a. Young's modulus is 1.
 """
 
 from collections.abc import Iterator, Mapping

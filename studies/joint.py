@@ -168,7 +168,7 @@ def fretting(parameters: Parameters) -> Iterator[Row]:
 
 
 def regions(parameters: Parameters) -> Iterator[Row]:
-    """One row for each vertex of the safe amplitudes of each joint, and one for its history."""
+    """One row for each vertex of the safe region of each joint, and one for its load history."""
     for joint in joints(parameters):
         region = fo.safe_region(joint.model.condense(), joint.mean, joint.loads, joint.friction)
         head = {

@@ -261,7 +261,7 @@ def uncoupled(parameters: Parameters) -> Iterator[Row]:
 def _growth(
     system: fo.ContactSystem, friction: float, load_factor: float, starts: NDArray[Any], cycles: int
 ) -> float:
-    """The largest growth of the energy of the difference of two transients, one of them the first.
+    """The largest growth of the energy of the difference between the first transient and another one.
 
     The growth from one corner to the next is relative to the energy of the difference of the
     starts.

@@ -106,9 +106,9 @@ def corner_law(table: pd.DataFrame) -> pd.DataFrame:
     Their gradings are decades apart, coarse first. At the limit the corner slides, while its bonded
     tractions grow as `r ** (l_bonded - 1)`. If friction is below the traction ratio of the bonded
     corner, the limit varies with the size h of the corner element as `h ** (l_sliding - l_bonded)`.
-    The exponents are those of the sliding and of the bonded corner. So the limit has no value
-    without a mesh. `expected` is the exponent in closed form. `exponent` is the exponent between
-    the mesh before and this mesh.
+    Here l_sliding and l_bonded are the exponents of the sliding and of the bonded corner. So the
+    limit has no value without a mesh. `expected` is the exponent in closed form. `exponent` is the
+    exponent between the previous mesh and this mesh.
     """
     bonded = bonded_corner()[0]
     rows = table[

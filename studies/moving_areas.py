@@ -2,9 +2,10 @@
 
 Run with `python -m studies moving_areas [--quick]`. The mean normal load is P, its amplitude P / 5,
 and the amplitude of the shear the load factor times P. Pressure and shear of similar half-planes
-are uncoupled, so normal loads alone open and close the nodes at the rim. In phase the contact
-shakes down up to friction times P / 5. With a phase, even the smallest shear causes slip, and the
-work of a cycle grows from zero. The unit of the work is P^2 / E*, per depth.
+are uncoupled, so normal loads alone open and close the nodes at the rim. If shear and normal load
+are in phase, the contact shakes down up to a shear of friction times P / 5. If they are out of
+phase, even the smallest shear causes slip, and the work of a cycle grows from zero. The unit of the
+work is P^2 / E*, per depth.
 
 Dundurs' constant beta couples shear and pressure of two materials. `BETAS` has limits with events
 and the work of a cycle above them, for pressure and shear in phase, and for a cylinder that rolls

@@ -21,7 +21,7 @@ from .paper import LOADS, slip_unit, work_unit
 from .progress import each
 from .tables import Row, Study, Table
 
-# Relative excess over the range that counts as rounding.
+# A run may exceed the range by this share, which counts as rounding.
 _INSIDE = 1e-6
 
 
@@ -119,7 +119,7 @@ def _corners(state: fo.results.SteadyState) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _total(slip: np.ndarray, gap: np.ndarray) -> float:
-    """Sum over the nodes of the slip between corners; NaN for open nodes."""
+    """Sum over the nodes of the range of slip at the corners; NaN if a node is open at a corner."""
     return float("nan") if gap.any() else float(np.ptp(slip, axis=0).sum())
 
 

@@ -2,7 +2,7 @@
 
 Run with `python -m studies size [--quick]`. Each size runs in a new process with one thread. The
 memory is the largest memory of this process so far. The plane scene is the scene of the paper; the
-scene in space is a square punch. Both are without symmetry and under bulk stress.
+scene in space is a square punch. Both scenes are without symmetry and under bulk stress.
 
 Each question is put to a new copy of the contact. So no question uses results of an earlier one, or
 computes anything for later ones. The first call of a short question is not timed.
@@ -47,8 +47,8 @@ _IN_MEMORY = 1e9 if sys.platform == "darwin" else 1e6
 class Parameters:
     """Numbers of elements along the contact of the scenes.
 
-    The guaranteed limit and steady states are computed only up to numbers of their own, because
-    they take longer.
+    The guaranteed limit and steady states are computed only up to smaller numbers of elements,
+    because they take longer.
     """
 
     plane: tuple[int, ...] = (64, 124, 250, 500, 1000)
@@ -177,7 +177,7 @@ def _report(tables: Mapping[str, pd.DataFrame]) -> str:
 
 
 def _exponent(rows: pd.DataFrame) -> str:
-    """Exponent of the time in the number of nodes, from a quarter of the largest number on.
+    """Exponent of the time in the number of nodes, fitted from a quarter of the largest number on.
 
     Steady states have no exponent, because the number of their cycles varies.
     """

@@ -1,4 +1,4 @@
-"""Both limits in three dimensions, and the work of friction between the limits.
+"""Shakedown and guaranteed limits in three dimensions, and the work of friction between the two limits.
 
 Run with `python -m studies space [--quick]`. The limits of a square punch and of a sphere are
 computed against friction and mesh. Bulk stress and shear of the square punch are in units of the

@@ -133,7 +133,7 @@ def proofs_of_limits(parameters: Parameters) -> Iterator[Row]:
 
 
 def _proof(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> dict[str, Any]:
-    """The gap between the bounds of slip and mechanism with all nodes closed, or the refusal.
+    """The gap between the bounds of slip and mechanism with all nodes closed, or the error in its place.
 
     The nodes are kept closed even if high friction would open some of them.
     """

@@ -236,8 +236,8 @@ class Study:
         Function that draws one picture into a folder, from the tables by name, and returns its file.
         The default draws nothing.
     needs
-        Tables of other studies with which the summary compares. They are loaded, or computed first if
-        they are missing.
+        Tables of other studies with which the summary compares. These tables are loaded, or
+        computed first if they are missing.
     """
 
     module: str
@@ -319,7 +319,7 @@ class Study:
         return 0
 
     def _origin(self, arguments: Sequence[str], made: Mapping[str, pd.DataFrame]) -> str:
-        """Origin of a page: the command without its folders, version, commit, time and machine."""
+        """Origin of a page: the command (without folders), the version, the commit, the time and the machine."""
         folders = argparse.ArgumentParser(add_help=False)
         folders.add_argument("--page")
         folders.add_argument("--data")

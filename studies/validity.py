@@ -23,7 +23,8 @@ from .tables import Row, Study, Table, markdown
 
 # Poisson's ratio with which the others are compared.
 _USUAL = 0.3
-# A rise counts as a jump from this ratio on, relative to all guaranteed limits before it.
+# A guaranteed limit has jumped up if it is at least this many times as large as all limits before
+# it.
 _JUMP = 1.5
 
 

@@ -5,8 +5,8 @@ studies followed` whose two limits differ. One transient starts from the witness
 above the guaranteed limit, with one increment per segment. Room is the pressure of a slipping node
 in excess of the pressure that it needs without slip. According to theory, cyclic slip whose
 amplitude vanishes leaves some node no room (`docs/writeups/guaranteed-in-space.md`). That the
-amplitude does vanish is an observation. A second table has the shakedown limit and the guaranteed
-limit for a few meshes of the study `space`.
+amplitude does vanish is an observation. A second table has the guaranteed limit and the shakedown
+limit for a few meshes of `python -m studies space`.
 """
 
 from collections.abc import Iterator, Mapping

@@ -1,6 +1,6 @@
 """The command line `frictopt`: from files to limits, steady states, tables and pictures.
 
-The arguments of a shell come in. A text or JSON, files, and an exit code go out.
+The input is the arguments of a shell. The output is text or JSON, files, and an exit code.
 
 - `main.py`: runs a command; errors, interrupts and their exit codes
 - `questions.py`: the list of the questions, and how each is asked of a contact in a file

@@ -96,7 +96,7 @@ def _write_files(
 
 
 def numbers_of(answer: Any) -> dict[str, object]:
-    """The numbers and words of an answer: those that it prints, and its other plain fields."""
+    """The numbers and words of an answer: what it prints, and its other plain fields."""
     numbers = dict[str, object](answer._answer())
     for field in dataclasses.fields(answer):
         if not field.name.startswith("_") and field.name not in numbers:

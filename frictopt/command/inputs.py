@@ -85,7 +85,7 @@ def joint_of(options: argparse.Namespace) -> Joint | None:
 
 
 def system_of(file: str, units: str | None) -> ContactSystem:
-    """The contact in a file, with names of its units if the file has none."""
+    """The contact in a file; `units` names its units if the file does not."""
     from ..contact import ContactSystem
 
     system = ContactSystem.load(file)

@@ -123,7 +123,7 @@ _ON_PROGRESS = re.compile(r",? and whether to show .*", re.DOTALL)
 
 
 def described(function: Any) -> dict[str, str]:
-    """Parameter -> its text in the docstring, on one line; a reference is followed once."""
+    """Parameter -> its text in the docstring, on one line; "see `...`" is followed once."""
     texts = _entries(function)
     for name, text in texts.items():
         reference = _ELSEWHERE.match(text)

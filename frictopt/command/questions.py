@@ -1,7 +1,7 @@
 """The list of the questions, and how each is asked of a contact in a file.
 
-A question is a public function. It gets the contact, the load cycle and the friction; all its other
-arguments are options.
+A question is a public function. The function gets the contact, the load cycle and the friction; all
+its other arguments are options.
 """
 
 import argparse

@@ -110,10 +110,11 @@ class ContactSystem(Shown, Plotted):
         bolt is tightened, and the length by which its unit amplitude shortens it. The work of the
         unit load of a locked bolt is minus the tension times the shortening, see `tension`.
     load_size
-        Load case name -> size of its unit load, force, > 0: the sizes of its tractions and of its
-        forces per volume, integrated. The displacement of the load case divided by its size is a
-        length: the mean motion, along the load, of the loaded surface or volume. `condense` of a
-        model computes it.
+        Load case name -> size of its unit load, force, > 0: the integral of the sizes of its
+        tractions, pressures and forces per volume, plus the sizes of its forces on nodes. Load
+        cases with moments or with loads of another kind are left out. The displacement of the load
+        case divided by its size is a length: the mean motion, along the load, of the loaded surface
+        or volume. `condense` of a model computes it.
     shear_strength
         (N,) largest size of the shear force at each node, force, > 0: the strength of the surface
         times the area. inf: friction alone bounds it. See `with_shear_strength`, also for the

@@ -18,12 +18,12 @@ complement of z in `T^T K T`.
 | `loads.py`, `node_forces.py` | loads, forces on nodes and at a point |
 | `bolts.py` | tightened bolts |
 | `faces.py`, `normals.py` | facets, overlaps of faces, and normals |
-| `mortar.py` | nodes of one face joined to places on another; faces that touch unjoined |
+| `mortar.py` | nodes of one face joined to places on another; faces that touch but are not joined |
 | `coincidence.py` | which points coincide |
 | `assembly.py`, `load_cases.py` | all bodies in one numbering, and load cases |
 | `condense.py`, `schur.py`, `rigid.py` | condensation, elimination, and free rigid motions |
 | `products.py` | the contact by products, without a dense stiffness |
-| `interface.py` | pairs as unknowns, also on planes of symmetry |
+| `interface.py` | relative motions of pairs as unknowns, also on planes of symmetry |
 | `matrix_checks.py` | checks of matrices, and of the order and sides of pairs |
 | `fields.py`, `recovery.py`, `modes.py` | displacements and stresses, and modes of vibration |
 | `pictures.py`, `grids.py` | drawing and export |

@@ -43,8 +43,8 @@ def adjusted(
 ) -> tuple[dict[str, Body], list[Tied], list[Integers], list[str]]:
     """The bodies after the moves, the nodes of each tie, the nodes that touch, and notes.
 
-    The nodes that touch are those of body 1 in each contact. A node that belongs to several
-    contacts moves only along the faces of the earlier contacts.
+    The nodes that touch belong to body 1 of each contact. A node that belongs to several contacts
+    moves only along the faces of the earlier contacts.
     """
     moves = _Moves(bodies)
     tied = [moves.tie(tie) for tie in ties]
@@ -239,8 +239,8 @@ class _Moves:
     ) -> None:
         """Move corner nodes of a body to places (n, d), and its midside nodes with them.
 
-        A node that must stay in other faces moves along them, until it reaches a plane: the plane
-        through its new place, with its normal from `normals` (n, d). With `stays`, the node remains
+        A node that must stay in other faces moves only along these faces, up to the plane through
+        its place in `places`, normal to its row of `normals` (n, d). With `stays`, the node remains
         in this plane in later moves.
         """
         mesh = self.bodies[name].mesh
@@ -250,7 +250,8 @@ class _Moves:
             fixed = self._fixed.setdefault((name, node), [])
             free = normal - sum((way * (way @ normal) for way in fixed), np.zeros(len(normal)))
             size = float(np.linalg.norm(free))
-            # If faces have nearly the same direction, the node stays where the first has put it.
+            # If faces have nearly the same direction, the node stays where the first of them has
+            # put it.
             same_direction = 0.1
             if size > same_direction:
                 if fixed:

@@ -53,7 +53,7 @@ class Assembly:
         (nodes, d) unknown of each displacement along the axes.
     free_rows
         (nodes, d) unknown of each displacement: -1 if a support holds it, -2 if it follows other
-        displacements. Supports, ties and cuts are marked in this order.
+        displacements. Supports are marked first, then ties, then cuts.
     tied
         Matrix by which dependent displacements follow others. Displacements are dependent at
         midside nodes of contact faces, at nodes of ties and couplings, and on cut faces of sectors.
@@ -135,8 +135,8 @@ class Assembly:
         """Tie -> (3, n) normal force, shear and moment (`resultants`) of body 2 on body 1.
 
         In each of n states, `forces` (size, n) push the faces apart, and `reactions` (d N, n) act
-        in the contacts; they are needed because a node of a tie may also be in a contact. Supports
-        carry the forces on the nodes that they hold.
+        in the contacts; the reactions are needed because a node of a tie may also be in a contact.
+        Supports carry the forces on the nodes that they hold.
         """
         by_pairs = kron(self.untied.T, identity(self.points.shape[1]))
         of_contacts = by_pairs @ (self.glued.interface.frames_to_axes @ reactions)
@@ -357,7 +357,7 @@ class Assembly:
     def _all_pairs(self, contacts: Sequence[Contact]) -> tuple[Any, ...]:
         """Contact, node of body 1, place on body 2, normal, width and gap of all pairs.
 
-        The last result says whether the node lies opposite body 2.
+        The last result is whether the node of body 1 lies opposite body 2.
         """
         nodes = []
         projections = []

@@ -36,8 +36,8 @@ from .mixed import MIXED, MIXED_QUADRATIC, with_wedges
 _MODULI_APART = 2e5
 # mm and m differ by 1000, a pad and a half-plane by some hundred.
 _SIZES_APART = 500.0
-# MPa and GPa differ by 1000, and metals by up to 5. Polymers differ from steel by less than
-# this range, rubber by more.
+# MPa and GPa differ by 1000, and metals by up to 5. The modulus of steel over the modulus of a
+# polymer is below this range, and over the modulus of rubber it is above.
 _THOUSANDFOLD = (500.0, 5000.0)
 
 
@@ -204,7 +204,7 @@ class Body:
 
 
 def numbered_nodes(bodies: Mapping[str, Body]) -> dict[str, Integers]:
-    """Name of each body -> numbers of its nodes in a model, which counts body after body."""
+    """Name of each body -> numbers of its nodes in a model, which numbers nodes body by body."""
     ends = np.cumsum([body.mesh.p.shape[1] for body in bodies.values()])
     return dict(zip(bodies, np.split(np.arange(ends[-1]), ends[:-1]), strict=True))
 
@@ -277,10 +277,11 @@ def split_bodies(
     mesh
         The mesh, for example from `read_mesh("model.msh")`; `Body` lists the kinds of meshes.
     materials
-        Name of a subdomain -> material of the body; every element is in one of them. Or one
-        Material: each part of the mesh that shares no edge (in space no face) with the others is a
-        body. It has the name of the first subdomain with exactly its elements. Without such a
-        subdomain it is called "body 1", "body 2" and so on, in the order of the first elements.
+        Name of a subdomain -> material of the body; every element is in one of these subdomains. Or
+        one Material: each part of the mesh that shares no edge (in space no face) with the others
+        is a body. The body has the name of the first subdomain with exactly its elements. Without
+        such a subdomain it is called "body 1", "body 2" and so on, in the order of the first
+        elements.
     element
         Element of all bodies, see `Body`.
 

@@ -31,18 +31,19 @@ class BoltPreload(Part):
     The model cuts the body at the section, with separate nodes on both faces, and equal and
     opposite tractions pull the faces together. The axis is the normal of the section. Along the
     axis, all nodes of one face move by the same distance relative to the other face, and this
-    distance is free. Across the axis they do not move relative to each other. So the tension is
-    always the force times the amplitude of its load case. Other loads bend and shear the bolt, but
-    do not change its tension. Other codes call this a pretension section whose length is not
-    locked.
+    distance is free. Across the axis the two faces do not move relative to each other. So the
+    tension is always the force times the amplitude of its load case. Other loads bend and shear the
+    bolt, but do not change its tension. Other codes call this a pretension section whose length is
+    not locked.
 
     After tightening, the faces of a locked bolt keep their distance, and the tension changes with
     the loads. The bolt then carries a part of a pull along its axis, and the contact loses less
-    pressure. The amplitude of its load case multiplies the distance by which the faces have come
-    together. Amplitude 1 gives the force in the glued bodies if no other load acts.
-    `frictopt.joints.tightened` finds the amplitude that gives the force under the mean load, with
-    the contact as it is. `SteadyState.bolt_table` has the tension over a cycle. Equilibrium alone
-    does not determine the tension, so `gross_slip` follows transients. Theory, eq. (25).
+    pressure. The amplitude of the load case of a locked bolt multiplies the distance by which
+    tightening brings the faces together. Amplitude 1 gives the force in the glued bodies if no
+    other load acts. `frictopt.joints.tightened` finds the amplitude that gives the force under the
+    mean load, with the contact as it is. `SteadyState.bolt_table` has the tension over a cycle.
+    Equilibrium alone does not determine the tension, so `gross_slip` follows transients. Theory,
+    eq. (25).
 
     Parameters
     ----------
@@ -136,9 +137,9 @@ def by_their_forces(
 ) -> tuple[dict[str, Array], Array, dict[str, tuple[float, float]]]:
     """Bonded reactions and compliance, scaled so that amplitude 1 of a locked bolt gives its force.
 
-    The matrices given are for a shortening of 1. They are multiplied by the shortening that gives
-    the force in the glued bodies. The third result has the force and this shortening of each locked
-    bolt.
+    The given reactions and compliance are for a shortening of 1. They are multiplied by the
+    shortening that gives the force in the glued bodies. The third result has the force and this
+    shortening of each locked bolt.
     """
     units = np.ones(len(L))
     bolts = {}

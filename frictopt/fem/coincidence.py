@@ -5,10 +5,10 @@ error of half a unit in its last digit. In a file, all coordinates of one sign h
 number of digits or the same number of decimals. Each of these rules gives a unit, and the larger
 unit counts. Signs are treated separately, because a minus may take the place of a digit.
 
-Numbers with fewer than six digits are round, and are taken as exact. Coordinates of a mesh that was
-turned have more than twelve digits. In both cases the error is a share of the size of the mesh.
-There is one exception: if all coordinates are numbers of single precision with more than twelve
-digits, as in binary files, their error is the rounding of these numbers.
+Numbers with fewer than six digits are round, and are exact up to rounding. Coordinates of a mesh
+that was turned have more than twelve digits. In both cases the error is the rounding, a tiny share
+of the size of the mesh. There is one exception: if all coordinates are numbers of single precision
+with more than twelve digits, as in binary files, their error is the rounding of these numbers.
 """
 
 import numpy as np
@@ -49,8 +49,8 @@ def coordinate_errors(points: Array, corners: Integers | None = None) -> Array:
         unit[has_sign] = np.maximum(unit[has_sign], np.maximum(by_decimals, by_digits))
     if _are_single(written[np.abs(written) > rounding]):
         unit = np.abs(np.spacing(points.astype(np.float32))).astype(float)
-    # Two roundings of one number may differ by a whole unit. So each of them is allowed a little
-    # more than half a unit.
+    # Two roundings of one number may differ by a whole unit. So each rounded number is allowed an
+    # error of a little more than half a unit.
     return np.maximum((1 + COUNTS) / 2 * unit, rounding)
 
 

@@ -68,16 +68,16 @@ def condense(
     ----------
     K
         (n, n) sparse symmetric stiffness, force per length; in the plane also per depth, like all
-        forces. A body counts as free if, in the mean of its nodes, the stiffness of its supports is
-        below 1e-9 of its own stiffness: so small a part is no more than rounding.
+        forces. A body counts as free if the stiffness of its supports, averaged over its nodes, is
+        below 1e-9 of its own stiffness: so small a stiffness is no more than rounding.
     loads
         Load case name -> (n,) nodal forces on the unknowns under the unit load.
         `ContactSystem.with_interference` adds interferences.
     pairs
         (N, 2) nodes of body 1 and body 2. With a `projection`: (N,) nodes of body 1. In the plane
-        they are ordered along each contact in the direction of the tangent, contact after contact,
-        with body 1 on the left. On quadratic faces give corner nodes only; the midside nodes have
-        to follow them, see `MatrixJob.with_linear_faces`.
+        the pairs are ordered along each contact in the direction of the tangent, contact after
+        contact, with body 1 on the left. On quadratic faces give corner nodes only; the midside
+        nodes have to follow them, see `MatrixJob.with_linear_faces`.
     normals
         (N, d) directions from body 2 into body 1, of any length; or (d,), one direction for all. In
         the plane the tangent is the normal turned by -90 degrees: normal +y, tangent +x. In space
@@ -88,10 +88,10 @@ def condense(
         slides freely; a taper below 1e-4 is lost. A body with three sliding motions, as on a plane
         in space or in a ball, needs normals with all digits.
     unknowns
-        (nodes, d) rows of K of the displacements of each node in x, y (and z). It is -1 if K has no
-        row because the displacement is held at zero. It is -2 if K has no row because the
-        displacement follows other ones by an equation that K contains; this is not allowed at nodes
-        of a contact.
+        (nodes, d) rows of K of the displacements of each node in x, y (and z). A row is -1 if K has
+        none because the displacement is held at zero. It is -2 if K has none because the
+        displacement follows others by an equation that K contains; this is not allowed at nodes of
+        a contact.
     points
         (nodes, d) coordinates, length; d = 2 in the plane, 3 in space. `MatrixJob.points` also have
         the numbers of the nodes in the deck. Errors then name nodes by these numbers, and tables
@@ -103,7 +103,8 @@ def condense(
         side of the plane.
     generalised
         Rows of K that are generalised coordinates, such as rotations, and modal amplitudes of a
-        reduced model. They are free, and eliminated with the nodes; loads may act on them.
+        reduced model. These coordinates are free, and are eliminated with the nodes; loads may act
+        on them.
     projection
         (N, nodes) sparse matrix P for nodes that do not match: the node of body 1 of pair i is
         glued to a place of body 2 with the displacement `sum_j P_ij u_j`. Each row adds up to 1.
@@ -115,7 +116,7 @@ def condense(
     width
         (N,) tributary lengths, in space areas. None: in the plane half the distances to the
         neighbours on the same contact, in space unknown. `MatrixJob.areas` computes them from a
-        deck. Wear, and tractions in tables, need them.
+        deck. Wear, and tractions in tables, need widths.
     progress
         Whether to show a progress bar after two seconds. Ctrl-C keeps nothing, because there is no
         partial result.
@@ -125,8 +126,9 @@ def condense(
     ContactSystem
         The contact. In the plane `x` is the coordinate along the tangent if all contacts lie on one
         straight line, otherwise the arc length. The arc length begins at the first node's
-        coordinate along its tangent; each further contact begins one spacing after the end of the
-        contact before it. `dataclasses.replace` adds `E_star`, `units` and `axisymmetric`.
+        coordinate along its tangent; each further contact begins one mean spacing of nodes after
+        the end of the contact before it. `dataclasses.replace` adds `E_star`, `units` and
+        `axisymmetric`.
 
     Raises
     ------
@@ -161,7 +163,7 @@ def condense(
     >>> system.bonded["P"][1].tolist()
     [1.0, 1.0]
 
-    The same contact, with rows of the matrix for the ground, which are held:
+    The same contact, if the matrix also has rows for the ground; these rows are held:
 
     >>> rows = np.arange(8).reshape(4, 2)
     >>> same = fo.condense(
@@ -288,7 +290,7 @@ def condensed(
 
 
 def checked_motions(glued: Glued) -> Array:
-    """(k, motions) relative motions due to free rigid motions; each of these must cause some."""
+    """(k, motions) relative motions due to free rigid motions, each of which must cause some."""
     check_supports(glued)
     relative = glued.interface.relative(glued.motions, glued.unknowns)
     sizes = np.linalg.svd(relative, compute_uv=False)
@@ -347,7 +349,7 @@ def fronts(glued: Glued) -> tuple[csr_matrix, Integers]:
 def eliminated(
     glued: Glued, matrix: csr_matrix, T: csr_matrix, front: Integers, *, keep: type | None = None
 ) -> tuple[Array, list[Factor]]:
-    """Eliminate the y of `fronts` from a matrix, see `eliminate`; its further unknowns are kept."""
+    """Eliminate the y of `fronts` from a matrix, see `eliminate`; further unknowns are kept."""
     kept = np.full(matrix.shape[0] - len(front), -1)
     try:
         return eliminate(matrix, np.r_[front, kept], keep=keep)

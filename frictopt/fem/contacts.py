@@ -248,7 +248,8 @@ def contact_names(contacts: Sequence[Contact]) -> list[str]:
 #
 # If three bodies meet in a point, their contacts close a circle: the relative motion of two bodies
 # follows from the motions of both relative to the third. Two contacts between the same two bodies
-# also close a circle. In each circle one pair, that of the last contact, is dissolved.
+# also close a circle. In each circle the pair of the last contact is dissolved: it has no unknowns
+# of its own.
 
 
 def independent_pairs(
@@ -262,14 +263,15 @@ def independent_pairs(
     widths: Array,
     inside: Booleans,
 ) -> tuple[Integers, csr_matrix, Array]:
-    """Find, among N pairs, those whose relative motions are independent.
+    """Find the pairs, among N, whose relative motions are independent.
 
-    A dissolved pair is represented by the next pair of its contact. This pair has the mean of both
-    relative motions, weighted by their widths. So a uniform traction still passes through (as for
-    the multipliers at cross points of the mortar method, Wohlmuth 2000).
+    A dissolved pair is represented by the next pair of its contact. The next pair then has the mean
+    of the relative motions of both pairs, weighted by the widths. So a uniform traction still
+    passes through (as for the multipliers at cross points of the mortar method, Wohlmuth 2000).
 
-    A face with two names is one face. If it continues smoothly from one contact of two bodies to
-    another, the pair of the first contact represents both pairs, with the sum of their normals.
+    A face with two names is one face. If such a face continues smoothly from one contact of two
+    bodies to another, the pair of the first contact represents both pairs, with the sum of their
+    normals.
 
     A node at the tip of a crack, which both faces share, forms no pair. If the faces do not match,
     the motion of this node relative to its place is added to the next pair, whose width does not
@@ -277,9 +279,10 @@ def independent_pairs(
 
     The next pair also represents a node that lies beyond the edge of body 2.
 
-    Arguments are, for each pair, the number of the contact, increasing; the node of body 1, and its
-    partner, the node of body 2 that coincides with it (-1: none); the point with its errors; the
-    normal, of any length; the width; and whether the node lies opposite body 2.
+    The arguments are, for each pair: the number of its contact, increasing; its node of body 1, and
+    the node of body 2 that coincides with this node (`partners`, -1: none); the point of the node,
+    with its errors; the normal, of any length; the width; and whether the node lies opposite body 2
+    (`inside`).
 
     The results are the (kept,) independent pairs, the (kept, N) matrix of the means, and the (kept,
     d) normals.
@@ -394,7 +397,7 @@ class Followers:
         return np.where(follows_one, self.matrix.indices[starts], np.arange(len(starts)))
 
     def motion(self, held: Booleans, elsewhere: Integers, points: Array) -> csr_matrix:
-        """Matrix by which the displacements of followers follow those of other nodes.
+        """Matrix by which the displacements of followers follow the displacements of other nodes.
 
         Displacements that are `held` (all nodes, d) stay held, for instance on a plane of symmetry,
         where nodes of both faces are held. Nodes `elsewhere`, on cuts of sectors, cannot follow.

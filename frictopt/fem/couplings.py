@@ -77,7 +77,7 @@ class _Coupling:
 
 @dataclass(frozen=True)
 class RigidCoupling(_Coupling):
-    """Nodes that move as a rigid body (RBE2), as a part of a `ContactModel`'s supports.
+    """Nodes that move as a rigid body (RBE2), for the supports of a `ContactModel`.
 
     Parameters
     ----------
@@ -90,9 +90,9 @@ class RigidCoupling(_Coupling):
         "z". By default none is zero: the nodes move freely as a rigid body. If all are zero, so are
         all displacements of the nodes.
     point
-        Coordinates of the point; None: the weighted mean of the nodes. It matters only if some
-        motions are zero and others are not. A load on the point is a `RemoteForce` on the same
-        nodes with the same point.
+        Coordinates of the point; None: the weighted mean of the nodes. The point matters only if
+        some of its motions are zero and others are not. A load on the point is a `RemoteForce` on
+        the same nodes with the same point.
 
     Raises
     ------
@@ -113,7 +113,7 @@ class RigidCoupling(_Coupling):
     def _shares(
         self, around: NodesAround, held: Booleans, kinematics: Kinematics
     ) -> tuple[Integers, Integers, Array]:
-        """The displacements that follow, those that lead, and the shares (f, k) of the latter.
+        """The f displacements that follow, the k that lead, and the matrix (f, k) between them.
 
         `held` (n d,) says of each displacement of the nodes whether supports hold it. Displacements
         have the same numbers in the results.
@@ -138,12 +138,12 @@ class RigidCoupling(_Coupling):
 
 @dataclass(frozen=True)
 class DistributingCoupling(_Coupling):
-    """Nodes whose mean motions are zero (RBE3), as a part of a `ContactModel`'s supports.
+    """Nodes whose mean motions are zero (RBE3), for the supports of a `ContactModel`.
 
     The point has the mean displacement of the nodes, and the rotation that fits their displacements
     best. The nodes stay free to move apart, so nothing is stiffened. The reactions act like a
-    `RemoteForce` on the same nodes. In the stiffness matrix all these nodes are connected to each
-    other: up to a thousand nodes take little time.
+    `RemoteForce` on the same nodes. The coupling connects all its nodes to each other in the
+    stiffness matrix: up to a thousand nodes take little time.
 
     Parameters
     ----------

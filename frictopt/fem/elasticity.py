@@ -232,7 +232,7 @@ def boundary_forces(
 
 
 def node_areas(mesh: Mesh, facets: Integers, kinematics: Kinematics) -> Array:
-    """(nodes,) the part of each node in the area of some facets; in the plane, in their length."""
+    """(nodes,) share of each node in the area of some facets; in the plane, in their length."""
 
     def one(_: Array, normals: Array) -> Array:
         return np.ones_like(normals[:1])
@@ -243,9 +243,9 @@ def node_areas(mesh: Mesh, facets: Integers, kinematics: Kinematics) -> Array:
 def integration_points(mesh: Mesh, facets: Integers) -> tuple[Array, Array, Array, Integers, Array]:
     """Points (d, m, q) on facets of the outline, outward unit normals, and sizes (m, q).
 
-    The other results are the nodes (k, m) of the elements, and their functions (k, m, q) at the
-    points. Integration is done on the facets themselves, because scikit-fem would have to invert
-    the map of very thin elements.
+    The other results are the nodes (k, m) of the elements at the facets, and the functions (k, m,
+    q) of these nodes at the points. Integration is done on the facets themselves, because
+    scikit-fem would have to invert the map of very thin elements.
     """
     element = mesh.elem()
     elements, number = places_of(mesh, facets)
@@ -330,11 +330,11 @@ def through_corners(mesh: Mesh) -> Mesh:
 
 
 def nodes_from(mesh: Mesh, elements: Any, other: Mesh, of_other: Any) -> Integers:
-    """(nodes of the other mesh,) nodes of a mesh that lie at the same places of the same elements.
+    """For each node of another mesh, the node of a mesh at the same place of the same element.
 
-    `elements` are the numbers of these elements in the mesh, and `of_other` in the other mesh. The
-    result is 0 at other nodes. This is needed because scikit-fem keeps only corners when it
-    restricts or cuts a mesh.
+    `elements` are the numbers of the elements in the mesh, and `of_other` in the other mesh. The
+    result is 0 at nodes outside these elements. This function is needed because scikit-fem keeps
+    only corners when it restricts or cuts a mesh.
     """
     nodes = np.zeros(other.dofs.N, dtype=np.intp)
     nodes[other.dofs.element_dofs[:, of_other]] = mesh.dofs.element_dofs[:, elements]
@@ -344,7 +344,7 @@ def nodes_from(mesh: Mesh, elements: Any, other: Mesh, of_other: Any) -> Integer
 def functions_of(element: Element, count: int, points: Array) -> tuple[Array, Array]:
     """Values (count, ...) and slopes (count, d, ...) of the first functions of an element.
 
-    They are evaluated at points (d, ...) of the reference element.
+    Both are evaluated at points (d, ...) of the reference element.
     """
     values = []
     slopes = []
@@ -397,7 +397,7 @@ def midside_ties(mesh: Mesh, facets: Integers, argument: str) -> csr_matrix:
         J rotation = sum_c r_c x u_c,    J = sum_c |r_c|^2 1 - r_c r_c^T,    r_c = x_c - their mean
 
     So rigid motions stay rigid, and forces and moments are passed on. A node on several facets
-    follows their mean.
+    moves by the mean of the motions that they give it.
     """
     d = mesh.dim()
     node, ends, weights = _midside_nodes(mesh, facets)

@@ -18,8 +18,8 @@ FACED = 0.5
 
 # Numbers of the search for facets that face each other.
 
-# Largest cosine of the angle between the normals of two facets: it allows deviations from
-# opposite normals of up to 60 degrees.
+# Largest cosine of the angle between the normals of two facets: the normals may deviate by up to 60
+# degrees from opposite directions.
 _OPPOSITE = -0.5
 # Steps towards the place where a normal meets the other face. If the faces deviate by 30
 # degrees, each step reduces the distance to a quarter.
@@ -80,7 +80,7 @@ class Face:
     def sag(self) -> Array:
         """(nodes,) distance by which facets at a node may miss the curved face.
 
-        It follows from the angle between the facets at the node. The errors of the
+        This distance follows from the angle between the facets at the node. The errors of the
         coordinates cause such an angle in flat faces, too; their part is subtracted.
         """
         facets, points, corners = self.facets, self.points, self.corners
@@ -176,7 +176,7 @@ class Overlaps:
     facet: Integers
     # (m,) length or area of each point
     weights: Array
-    # (m, k) nodes of that facet, and their hat functions at the point
+    # (m, k) nodes of this facet, and their hat functions at the point
     nodes_1: Integers
     phi: Array
     # (m, l) nodes of the facet of body 2 that the point faces, and their hat functions there
@@ -188,10 +188,10 @@ def mortar_projection(overlaps: Overlaps, nodes: Integers, count: int) -> tuple[
     """Dual mortar projection of displacements from body 2 to n nodes of body 1 (Wohlmuth 2000).
 
     The results are the (n, count) matrix `P = D^-1 M` and the diagonal (n,) of D. Here phi are the
-    hat functions of face 1, chi those of face 2, and psi the dual functions: over the overlaps of a
-    facet, `int psi_a phi_b` is `int phi_a` for a = b, else zero. Then `D = diag(int phi_a)` and
-    `M_aj = int psi_a chi_j`. Linear displacements along the face are reproduced, and a uniform
-    traction is passed on.
+    hat functions of face 1, chi the hat functions of face 2, and psi the dual functions: over the
+    overlaps of a facet, `int psi_a phi_b` is `int phi_a` for a = b, else zero. Then `D = diag(int
+    phi_a)` and `M_aj = int psi_a chi_j`. Linear displacements along the face are reproduced, and a
+    uniform traction is passed on.
     """
     phi = overlaps.phi
     m, k = phi.shape
@@ -288,7 +288,7 @@ def _facing(parts_1: Array, normals: Array, parts_2: Array) -> tuple[Integers, I
         distance, nearest = tree.query(foot)
         height = np.sum((middle_2[nearest] - middle_1) * normals, axis=1)
         foot = middle_1 + height[:, None] * normals
-    # Along the normal, an inclined part reaches further: by the inverse of the cosine of its angle.
+    # An inclined part reaches further along the normal: by one over the cosine of its angle.
     reach = (np.minimum(distance, radius_2.max()) + radius_1) / abs(_OPPOSITE)
     i, j = neighbours(foot, reach, middle_2, radius_2)
     is_opposite = np.sum(normals[i] * normals_of(parts_2)[j], axis=1) < _OPPOSITE
@@ -307,8 +307,8 @@ def _circles_around(parts: Array) -> tuple[Array, Array]:
 
 
 # Barycentric coordinates of points of integration of equal weight, on an interval and on a
-# triangle, by the number of corners. They are exact for products of two hat functions, and on an
-# interval also for such a product times a linear depth.
+# triangle, by the number of corners. The integrals are exact for products of two hat functions, and
+# on an interval also for such a product times a linear depth.
 _NEAR = (1 - np.sqrt(1 / 3)) / 2
 _POINTS = {
     2: np.array([[1 - _NEAR, _NEAR], [_NEAR, 1 - _NEAR]]),

@@ -53,7 +53,7 @@ class Recoverable:
         ----------
         loads
             The loads of the state, load case name -> amplitude. Or a steady state of the condensed
-            model; then the state is the one at its last load corner.
+            model, whose state at the last load corner is taken.
         slip, gap
             Slip v, (N,), in space (N, 2), and gap w, (N,), of the state, length. Leave both out
             for a steady state. The gap includes the initial gap of this model; None: it is the
@@ -71,8 +71,8 @@ class Recoverable:
         Raises
         ------
         ModelError
-            A load case is unknown, slips or gaps have another shape or are not finite, or they are
-            given beside a steady state.
+            A load case is unknown. Slips or gaps have another shape, are not finite, or are given
+            beside a steady state.
 
         Examples
         --------
@@ -242,7 +242,7 @@ class Recoverable:
         return grids_of(self, result)
 
     def _picked(self: Any, points: Array, names: Array) -> csr_matrix:
-        """(P, all nodes) the functions of the nodes at points, each in the body of its name."""
+        """(P, all nodes) shape functions of the nodes at P points, each in the body of its name."""
         assembly = self._assembly
         picked = lil_matrix((len(points), len(assembly.points)))
         for name in np.unique(names).tolist():

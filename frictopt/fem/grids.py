@@ -97,8 +97,8 @@ def _along_tangents(values: Array, frames: Array) -> Array:
 def _faces(model: Any) -> tuple[list[Integers], Integers]:
     """Facets (m, k) of body 1 of each contact, by numbers of nodes, and the nodes without a pair.
 
-    The number of a node is that of its pair in this contact. Nodes that are in no pair of their
-    contact have the numbers after all pairs.
+    A node has the number of its pair in this contact. Nodes that are in no pair of their contact
+    have the numbers after all pairs.
     """
     parts = model._assembly
     count = len(parts.pairs.nodes)

@@ -2,7 +2,7 @@
 
 A pair consists of a node of a body 1 and a place of a body 2, which is a weighted mean of nodes.
 The relative motions of all pairs along the axes are `Z = M u`, with the displacements u of all
-nodes. To have these motions as unknowns, one node of each pair becomes dependent: its displacement
+nodes. To make these motions unknowns, one node of each pair becomes dependent: its displacement
 follows from Z and from the displacements of the independent nodes.
 """
 
@@ -102,7 +102,7 @@ class Interface:
 
     @cached_property
     def spread(self) -> csr_matrix:
-        """(all nodes, all nodes) displacements of all nodes due to those of independent nodes."""
+        """(all nodes, all nodes) displacements of all nodes due to independent nodes."""
         dependent, _, Q = self.dependent_nodes
         size = Q.shape[1]
         return csr_matrix(
@@ -164,7 +164,7 @@ class Interface:
 
 
 def lean_to_slide(slips: Array, lifts: Array) -> Array | None:
-    """How far (n, t) the normals have to lean so that rigid motions slide without any lift.
+    """The lean (n, t) of the normals with which rigid motions slide without any lift.
 
     Only motions that nearly slide count. None if no normal has to lean, or if one would lean by
     more than `SLIDES`. At n nodes, k orthonormal rigid motions have the components `slips`
@@ -223,15 +223,15 @@ def guided_pairs(
 ) -> tuple[Array, csr_matrix]:
     """Find the axes along which pairs cannot slip, and the nodes that can be dependent.
 
-    The results are the normals (N, d), of any length, without their parts along these axes, and the
-    candidates (N, all nodes), the entries of M at nodes that can be the dependent node of their
-    pair.
+    The first result is the normals (N, d), of any length, without their parts along these axes. The
+    second result is the candidates (N, all nodes): the entries of M at nodes that can be the
+    dependent node of their pair.
 
     A pair cannot slip along an axis if supports hold all its nodes along that axis. A pair on a
     plane (or an axis) of symmetry cannot slip across it either, on two conditions: supports hold
-    nodes of both bodies there, and the rest of the pair lies on one side, so that its mirror image
-    cancels its motion. The normal is then put into the plane, because it was computed from facets
-    on one side only.
+    nodes of both bodies there, and the rest of the pair lies on one side, so that the motion of its
+    mirror image cancels its own. The normal is then put into the plane, because it was computed
+    from facets on one side only.
 
     A node can be dependent if it is held along exactly the axes along which its pairs cannot slip.
     Then no other node depends on its motion along these axes.
@@ -270,8 +270,9 @@ def guided_pairs(
     across = ~any_link(~held) | is_symmetric
 
     lengths_in_plane = np.linalg.norm(np.where(across, 0.0, normals), axis=1)
-    # Least share of a normal's length that must lie in a plane of symmetry. The normal at an edge
-    # may lean out of the plane by half the angle of the facet beside it.
+    # Least share of a normal's length that must lie in a plane of symmetry. On a curved face, the
+    # normal at a node on the plane comes from facets on one side only, and may lean out of the
+    # plane by half the angle that such a facet spans.
     least_share = 0.5
     across &= (lengths_in_plane > least_share * np.linalg.norm(normals, axis=1))[:, None]
 

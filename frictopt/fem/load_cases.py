@@ -44,9 +44,8 @@ Load: TypeAlias = (
 def load_case(model: Assembly, argument: str, loads: Sequence[Load]) -> tuple[Array, Array, Array]:
     """Nodal forces (size,), displacements (size,), and overlaps (N,) of the pairs in a load case.
 
-    The displacements are those of moved supports, of the nodes glued to them, and of the far face
-    of a locked bolt that is shortened by 1; all others are zero. Error messages call the load case
-    `argument`.
+    Only moved supports, the nodes glued to them, and the far face of a locked bolt (shortened by 1)
+    have displacements other than zero. Error messages call the load case `argument`.
     """
     forces = np.zeros(model.points.shape)
     prescribed = np.full(model.points.shape, np.nan)  # nan: not prescribed
@@ -75,7 +74,7 @@ def load_case(model: Assembly, argument: str, loads: Sequence[Load]) -> tuple[Ar
 
 
 def _check_once(model: Assembly, argument: str, load: PointForce | RemoteForce) -> None:
-    """Check that no node on a cut of a sector gets its force twice: itself, and by its copy."""
+    """Check that no node on a cut of a sector gets its force twice, once through its copy."""
     if isinstance(load, RemoteForce) and isinstance(load.where, str):
         return  # nodes are weighted by area, so a node and its copy together count once
     body = model.body(argument, load.body)
@@ -158,7 +157,7 @@ def _check_together(argument: str, differs: Booleans, points: Array) -> None:
 def _check_felt(
     model: Assembly, argument: str, loads: Sequence[Load], forces: Array, largest: float
 ) -> None:
-    """Check that supports do not carry all the forces of a load case right where they act.
+    """Check that supports do not carry all the forces of a load case right where the forces act.
 
     `forces` are (nodes, d), and `largest` is the largest force before couplings pass it on.
     """

@@ -28,9 +28,9 @@ from .supports import Place, axis_of, checked_axis, checked_place
 
 
 class Part:
-    """Base of loads. It checks that names are texts, and that amounts are numbers or functions.
+    """Base of loads, which checks that names are texts, and that amounts are numbers or functions.
 
-    A load with x, y and z needs at least one of them.
+    A load with components x, y and z needs at least one component.
     """
 
     def __post_init__(self) -> None:
@@ -284,7 +284,7 @@ class Expansion(Part):
         """Tension that the expansion subtracts from the stress, at the integration points.
 
         With mean dilatation, the first Lame constant resists the mean of div u over an element, so
-        it takes the mean of the expansion.
+        the mean of the expansion is subtracted there.
         """
         lam, mu = body.material._plane_lame(kinematics)
         strain = self._strain(basis)

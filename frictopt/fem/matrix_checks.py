@@ -169,9 +169,10 @@ def check_forgotten(
 ) -> None:
     """Check that no pair of a contact is left out.
 
-    A pair is missing if a node of one body coincides with a node of another, other pairs join these
-    bodies, and more of their nodes coincide next to these two. Nodes that other pairs join
-    indirectly need no pair, and neither do nodes that are held in both bodies.
+    A pair is missing on three conditions: a node of one body coincides with a node of another body;
+    other pairs join these two bodies; and next to the two nodes, more nodes of the two bodies
+    coincide. Nodes that other pairs join indirectly need no pair, and neither do nodes that are
+    held in both bodies.
     """
     neighbours = graph - diags(graph.diagonal())
     is_ground = np.asarray(neighbours.sum(axis=1)).ravel() == 0  # held nodes without stiffness
@@ -220,8 +221,8 @@ def checked_gap(
 ) -> Array:
     """(N,) initial gap: as given, or measured.
 
-    Arguments are the places (N, d) of the nodes of body 1, the vectors `opening` (N, d) to them
-    from their places on body 2, unit normals, and the errors of these vectors.
+    Arguments are the places (N, d) of the nodes of body 1, the vectors `opening` (N, d) from their
+    places on body 2 to these nodes, unit normals, and the errors of the vectors.
     """
     if gap is not None and not isinstance(gap, str):
         return finite_array("gap", gap, (len(points),))
@@ -252,8 +253,8 @@ def checked_gap(
 # A neighbour lies in the plane of the contact if its height, relative to its distance, is below
 # this number.
 _IN_PLANE = 1e3 * CONDENSATION
-# A shift pulls a node if the force exceeds this share of its stiffness. Smaller forces are
-# rounding.
+# If all nodes shift together, clamped neighbours pull a node back. A force counts as a pull if it
+# exceeds this share of the stiffness of the node. Smaller forces are rounding.
 _PULLED = 1e3 * CONDENSATION
 # A body of one element has at most this many nodes, all connected to each other.
 _ELEMENT_NODES = 8
@@ -302,9 +303,10 @@ def check_sides(
 ) -> None:
     """Check that the normals point from body 2 into body 1.
 
-    Neighbours of a pair that are not on the contact lie ahead of it in body 1 and behind it in
-    body 2. A normal is rejected if neighbours in both bodies contradict it, or if some contradict
-    it and none agrees. At a re-entrant corner, neighbours in one body may contradict it.
+    Along the normal, neighbours of a pair that are not on the contact lie ahead of the pair in body
+    1 and behind it in body 2. A normal is rejected if neighbours in both bodies contradict it, or
+    if some contradict it and none agrees. At a re-entrant corner, neighbours in one body may
+    contradict it.
     """
     links = interface.opening.tocoo()  # `row` is the pair, `col` the node, `data` its weight
     is_telling = _telling(K, unknowns, graph)[links.col]
@@ -312,7 +314,8 @@ def check_sides(
     node = links.col[is_telling]
     side = np.sign(links.data[is_telling])  # 1 in body 1, -1 in body 2
 
-    # Each entry is a neighbour of a node. Its height is positive if it agrees with the normal.
+    # Each entry is a neighbour of a node. The height of the neighbour is positive if it agrees with
+    # the normal.
     neighbours = graph[node].tocoo()
     neighbour_pair = pair[neighbours.row]
     neighbour_side = side[neighbours.row]
@@ -343,10 +346,10 @@ def check_sides(
 def _telling(K: csr_matrix, unknowns: Integers, graph: csr_matrix) -> Booleans:
     """(nodes,) nodes whose neighbours show the side on which their body lies.
 
-    Two kinds of nodes do not show it. The first kind are nodes connected to clamped nodes: they
-    lack neighbours, because the matrix does not contain clamped nodes. They are recognised by the
-    force with which clamped nodes pull them back in every shift. The second kind are nodes of
-    reduced models: each is connected to all others.
+    Two kinds of nodes do not show this side. The first kind are nodes connected to clamped nodes:
+    they lack neighbours, because the matrix does not contain clamped nodes. If all nodes shift
+    together along an axis, clamped nodes pull them back, and this force shows that they are of this
+    kind. The second kind are nodes of reduced models: each is connected to all others.
     """
     listed = unknowns >= 0
     shifts = np.zeros((K.shape[0], unknowns.shape[1]))  # column a: all nodes move along axis a

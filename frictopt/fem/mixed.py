@@ -105,7 +105,7 @@ def canonical(nodes: Integers) -> tuple[Integers, Integers]:
 def places_among(rows: Integers, known: Integers) -> Integers:
     """(m,) index of each row of numbers (m, k) among known rows (n, k); -1 if it is not there.
 
-    The order of the numbers in a row does not matter, nor which of them is repeated.
+    Neither the order of the numbers in a row matters, nor which number is repeated.
     """
     count = len(known)
     sorted_rows = canonical(np.concatenate([known, rows]).T)[0].T
@@ -116,7 +116,7 @@ def places_among(rows: Integers, known: Integers) -> Integers:
 
 
 def with_wedges(mesh: Mesh) -> Mesh:
-    """The mesh itself; but a mesh of scikit-fem's wedges becomes a `MeshMixed` with its nodes.
+    """The mesh; a mesh of scikit-fem's wedges becomes a `MeshMixed` with the same nodes.
 
     This is needed because scikit-fem 12.0 integrates over only half of its reference wedge.
     """

@@ -54,23 +54,24 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
     bodies
         Name -> body.
     supports
-        Supports. With the contacts glued, they must prevent all rigid motions; a body that other
-        bodies hold may be free. For symmetric bodies, model one half and hold it across the plane
-        of symmetry. A `RigidCoupling` or a `DistributingCoupling` holds nodes by a point. Nodes of
-        a contact on the plane of symmetry, or on the axis of axisymmetric bodies, do not slip
-        across it. A pair whose two nodes cannot move at all, such as where both bodies are clamped,
-        is left out, and `notes` names it. For a ring of equal sectors, model one sector, with a
-        `Cyclic` for each body that is cut.
+        Supports. With the contacts glued, the supports must prevent all rigid motions; a body that
+        other bodies hold may be free. For symmetric bodies, model one half and hold it across the
+        plane of symmetry. A `RigidCoupling` or a `DistributingCoupling` supports nodes through a
+        point, whose displacements and rotations it can hold. Nodes of a contact on the plane of
+        symmetry, or on the axis of axisymmetric bodies, do not slip across it. A pair whose two
+        nodes cannot move at all, such as where both bodies are clamped, is left out, and `notes`
+        names it. For a ring of equal sectors, model one sector, with a `Cyclic` for each body that
+        is cut.
     loads
         Load case name -> its loads: Traction, Pressure, PointForce, RemoteForce, BodyForce,
         Centrifugal, Expansion, Displacement, Interference, BoltPreload, or the load of a mode
         (`Modes.load`).
     contacts
-        The contacts, with different names. Without any, two bodies, the first of them body 1, meet
-        along the boundary "contact" of both. A corner node belongs to all contacts whose faces end
-        there. If its motion in the last of these contacts follows from its motions in the others,
-        it has no pair in the last contact, whose next node represents both nodes. If the faces
-        continue smoothly, the corner node belongs to the first contact only.
+        The contacts, with different names. Without contacts there must be two bodies, which meet
+        along the boundary "contact" of both; the first one is body 1. A corner node belongs to all
+        contacts whose faces end there. If its motion in the last of these contacts follows from its
+        motions in the others, it has no pair in the last contact, whose next node represents both
+        nodes. If the faces continue smoothly, the corner node belongs to the first contact only.
     kinematics
         For plane meshes "plane_strain" (or None), "plane_stress", or "axisymmetric"; for meshes in
         space "space" (or None). In axisymmetric models x is the radius, and x = 0 the axis.
@@ -225,8 +226,8 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
     def products(self, *, progress: bool = True) -> ContactProducts:
         """The contact by products with the glued bodies, for thousands of nodes in space.
 
-        It takes two factorisations (of the glued bodies, and of the bodies that slip freely) and N
-        solutions in blocks. The model keeps the contact, with the second factorisation and a
+        The call takes two factorisations (of the glued bodies, and of the bodies that slip freely)
+        and N solutions in blocks. The model keeps the contact, with the second factorisation and a
         matrix of `8 N^2` bytes in space. Gaps, overlaps (`Interference`) and springs of contacts
         need `condense`.
 
@@ -313,7 +314,7 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
         return system
 
     def _contact_modulus(self) -> float | None:
-        """The contact modulus E* if all contacts have the same; otherwise None."""
+        """The contact modulus E* if all contacts have the same modulus; otherwise None."""
         moduli = {}
         for name, body in self.bodies.items():
             is_stress = self.kinematics == "plane_stress"
@@ -365,9 +366,9 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Statements on what the model does that its arguments do not say.
+        """Statements on what the model does although its arguments do not say so.
 
-        They name pairs that are left out, the largest moves due to `Contact.adjust` and to the
+        Notes name pairs that are left out, the largest moves due to `Contact.adjust` and to the
         tolerance of `Cyclic`, and the largest gap that is measured in each contact.
         """
         assembly = self._assembly
@@ -430,7 +431,7 @@ def locking(bodies: Mapping[str, Body], kinematics: Kinematics) -> Iterator[str]
 
 
 def incompressible(bodies: Mapping[str, Body], kinematics: Kinematics) -> str:
-    """Text to put before an error that a body with nu close to 0.5 may cause; empty without one.
+    """Text before an error that a body with nu close to 0.5 may cause; empty without such a body.
 
     The stiffness of this body is nearly all resistance to a change of volume. The resistance
     to a change of shape, on which supports and contacts depend, then has few exact digits or none.

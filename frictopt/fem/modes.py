@@ -69,7 +69,7 @@ class Modes(Shown, Plotted):
         Body name -> (n, d, nodes) displacements, normalised to unit modal mass. A body with a
         `BoltPreload` has the nodes of its section twice.
     modal_mass
-        (n,) mass of each mode if its amplitude is its largest displacement.
+        (n,) mass of each mode if its shape is scaled to a largest displacement of 1.
     participation
         (n, d) participation factors, `shape M r` with the translation r along x, y (and z); their
         unit is the square root of mass.
@@ -242,11 +242,11 @@ class Vibrating:
 
         The contact stiffness of the surfaces acts at glued nodes. The mass follows from the
         `density` of each material. Free rigid motions have frequency 0. Both faces of the section
-        of a bolt, see `BoltPreload`, move together, so its tension changes in a vibration. The
-        loads of the model have no effect: not even a spin stiffens the bodies here. Axisymmetric
-        models have axisymmetric modes only. A sector (`Cyclic`) has the modes of its ring that are
-        the same in all sectors: their number of nodal diameters is zero, or a multiple of the
-        number of sectors. Masses refer to one sector. Theory, eq. (34).
+        of a bolt, see `BoltPreload`, move together, so the tension of the bolt changes in a
+        vibration. The loads of the model have no effect: not even a spin stiffens the bodies here.
+        Axisymmetric models have axisymmetric modes only. A sector (`Cyclic`) has the modes of its
+        ring that are the same in all sectors: their number of nodal diameters is zero, or a
+        multiple of the number of sectors. Masses refer to one sector. Theory, eq. (34).
 
         Parameters
         ----------
@@ -372,7 +372,7 @@ def _motions(
 
 
 def _shift(parts: Assembly) -> float:
-    """Shift of the squares of angular frequencies; with it even free bodies have an inverse."""
+    """Shift of the squares of angular frequencies, which makes the matrix invertible."""
     size = float(np.linalg.norm(np.ptp(parts.points, axis=0)))
     materials = [body.material for body in parts.bodies.values()]
     speeds = [

@@ -1,9 +1,9 @@
 """Joining the nodes of two faces by the dual mortar method.
 
 If a face of body 1 reaches beyond the face of body 2, the part without an opposite face is free. If
-this part is more than half of a facet, some nodes of the facet lie beyond the edge of body 2. Such
-nodes have no pair: the next pair of the contact represents them, see `independent_pairs`. So the
-pressure on the part of the facet that lies opposite body 2 acts at this pair.
+more than half of a facet is free, some nodes of the facet lie beyond the edge of body 2. Such nodes
+have no pair: the next pair of the contact represents them, see `independent_pairs`. So the pressure
+on the part of the facet that lies opposite body 2 acts at this pair.
 """
 
 from __future__ import annotations
@@ -42,7 +42,8 @@ from .normals import Planes, normals_of_faces
 # If less than this share of a facet lies opposite body 2, it counts as facing nothing. The dual
 # functions of a smaller part would lose six digits.
 _LEAST_SHARE = 1e-3
-# If a smaller share of a flat facet lies beyond the other face, this is rounding of the drawing.
+# If less than this share of a flat facet lies beyond the other face, the cause is rounding in the
+# drawing.
 _DRAWN = 1e-3
 
 
@@ -67,7 +68,8 @@ class Joint:
     # length or area of the part of face 1 that lies opposite nothing, and its share of the face
     beyond: float
     share_beyond: float
-    # mean length of the edges of body 1, divided by that of the edges of body 2 that face them
+    # mean length of the edges of body 1, divided by the mean length of the edges of body 2 that
+    # face them
     coarser: float
     # largest distance by which facets may miss the curved faces that they approximate; 0 if no gap
     # was measured, or if all nodes touch up to rounding
@@ -171,8 +173,8 @@ def faces_of(part: Contact | Tie, bodies: Mapping[str, Body]) -> tuple[Face, Fac
 def resultants(face: Face, nodes: Integers, forces: Array) -> Array:
     """(3, m) normal force, and sizes of shear and moment, of m forces (n, d, m) on n nodes.
 
-    The normal force is the sum along the normals into the body, and the shear the resultant of the
-    rest. The moment is about the middle of the area of the nodes.
+    The normal force is the sum of the components along the normals into the body. The shear is the
+    resultant of what remains. The moment is about the middle of the area of the nodes.
     """
     areas = np.zeros(face.points.shape)
     np.add.at(areas, face.facets, areas_of(face.corners)[:, None])
@@ -309,7 +311,7 @@ def check_touching(
 
     `joined` maps the names of two bodies to the nodes of the first body that contacts join to the
     second. Facets of joined nodes are not checked, and neither are facets that meet in a point or
-    at an edge. Curved faces are only found to touch if the nodes of both sides coincide.
+    at an edge. Curved faces count as touching only if their nodes coincide.
     """
     no_nodes = np.zeros(0, int)
     for name_1, name_2 in combinations(bodies, 2):

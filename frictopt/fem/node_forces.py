@@ -82,7 +82,7 @@ class RemoteForce(ForceLoad):
     body
         Name of the body in its model.
     where
-        The nodes, as in a `Support`. Nodes of a boundary are weighted by their parts of its area
+        The nodes, as in a `Support`. Nodes of a boundary are weighted by their shares of its area
         (in the plane, of its length); nodes of any other place have equal weights.
     x, y, z
         Components of the force, numbers, zero by default. In the plane the force is per unit depth.

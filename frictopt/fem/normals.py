@@ -23,7 +23,7 @@ SMOOTH = 0.9
 
 # Smallest cosine between two edges of a line through a node of the rim.
 _THROUGH = 0.8
-# The same for edges within the face.
+# Smallest cosine between two edges of a line that continues from the rim into the face.
 _ONWARD = 0.5
 # Smallest ratio of the curvature of a curve at the next node to its curvature at the node. At a
 # corner of two flat faces the curvature at the next node is zero.
@@ -320,7 +320,7 @@ class _HalfEdges:
     ) -> tuple[Integers, Booleans]:
         """From each node, the edge closest to a direction (n, d).
 
-        The second result is whether the cosine between the two exceeds `least_cosine`.
+        The second result is whether the cosine between edge and direction exceeds `least_cosine`.
         """
         first = np.searchsorted(self.tail, nodes)
         count = np.searchsorted(self.tail, nodes, side="right") - first
@@ -343,8 +343,8 @@ def _at_rim(nodes: Integers, facets: Integers, points: Array, normals: Array) ->
 
     A line that goes through a node has the tangent of the circle through its neighbours. A line
     that ends at the node is taken as an arc from the next node: its chord has the same angle with
-    both normals. If the line is not curved beyond the next node, as at a corner of two flat faces,
-    it is taken as straight.
+    the normals at both nodes. If the line is not curved beyond the next node, as at a corner of two
+    flat faces, it is taken as straight.
 
     `normals` (nodes, d) are the unit normals of all nodes.
     """

@@ -244,7 +244,8 @@ def _resultant(forces: Array, places: Array, length: float) -> tuple[Array, Arra
     """(1, d) origin and step of an arrow along the sum of nodal forces (d, n).
 
     The arrow begins at the outermost loaded node, because inside a body it would be hidden. Forces
-    that balance each other, such as those of an expansion, have no arrow: the result is (0, d).
+    that balance each other, such as the forces of an expansion, have no arrow: the result is (0,
+    d).
     """
     strength = np.linalg.norm(forces, axis=0)
     total = forces.sum(axis=1)

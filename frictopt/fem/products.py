@@ -65,7 +65,8 @@ class SlidingBodies:
         y = np.r_[inside, slips]
         self.first_slip = len(inside)
 
-        # A slip is eliminated in the same front as the last of its neighbours inside the bodies.
+        # A slip is eliminated in the last front that eliminates one of its neighbours inside the
+        # bodies.
         neighbours = csr_matrix(K[slips][:, inside])
         neighbours.data = front[inside][neighbours.indices] + 1.0
         last = neighbours.max(axis=1).toarray().ravel().astype(np.intp) - 1

@@ -67,7 +67,7 @@ class BodyFields(Shown, Plotted):
     """Displacements, strains and stresses in the bodies at one state of the contact.
 
     Stresses and strains are discontinuous from element to element. Nodal values are their
-    least-squares projections onto the functions of the displacements. At sharp corners of a
+    least-squares projections onto the shape functions of the displacements. At sharp corners of a
     contact, nodal values depend on the mesh.
 
     Attributes
@@ -151,8 +151,9 @@ class BodyFields(Shown, Plotted):
     def at_contact(self, side: int) -> tuple[Array, Array]:
         """Stress and strain along the contact at its nodes.
 
-        `side=1` returns the values in body 1, `side=2` the values in body 2 at the same places.
-        Shape (N,), along the tangent; in space (N, 2, 2), the components along the two tangents.
+        `side=1` returns the values in body 1, `side=2` the values in body 2 at the same places. In
+        the plane both results (N,) are the components along the tangent; in space they are (N, 2,
+        2), the components along the two tangents.
 
         Raises
         ------
@@ -257,7 +258,7 @@ class Recovery:
     def displacements(self, force: Array, z: Array) -> tuple[Array, Array]:
         """(size, n) displacements and (d N, n) reactions.
 
-        They are computed for n forces (size, n) and relative motions z (d N, n).
+        Both are computed for n forces (size, n) and n relative motions z (d N, n).
         """
         u = self._drive @ z
         # The second pass removes the rounding of the first.
@@ -269,8 +270,9 @@ class Recovery:
 class NodalFields:
     """The nodal strain and stress of a body as linear functions of its displacements.
 
-    They are least-squares projections onto the functions of the nodes. The moments of a field are
-    its integrals weighted with these functions. Sparse matrices give them from the displacements.
+    They are least-squares projections onto the shape functions of the nodes. The moments of a field
+    are its integrals weighted with these functions. Sparse matrices give the moments from the
+    displacements.
 
     Parameters
     ----------

@@ -151,7 +151,8 @@ def free_motions(
 def _without_force(rigid: Array, resistance: Array) -> Array:
     """(n d, k) orthonormal motions of one body that nothing resists.
 
-    They are combinations of its rigid motions (n, d, m), which have a `resistance` (n, d, m).
+    They are combinations of the rigid motions of the body, `rigid` (n, d, m), each of which meets a
+    `resistance` (n, d, m).
     """
     shapes, triangle = np.linalg.qr(rigid.reshape(-1, rigid.shape[2]))
     turned, sizes, mixed = np.linalg.svd(triangle, full_matrices=False)

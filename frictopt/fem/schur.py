@@ -82,7 +82,7 @@ def _dissected(nodes: Integers, edges: Integers, points: Array, side: Array) -> 
 
 
 def _cut(nodes: Integers, edges: Integers, points: Array, side: Array) -> Array | None:
-    """Which nodes of a part lie on the near side of the cut that crosses fewest edges.
+    """Flags of the nodes of a part that lie on the near side of the cut that crosses fewest edges.
 
     None if the part is not cut, because it is small or all its nodes coincide.
     """

@@ -1,4 +1,4 @@
-"""Sectors of a ring: the nodes of one cut face follow those of the other."""
+"""Sectors of a ring: the nodes of one cut face follow the nodes of the other."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from .supports import Seam, axis_of, checked_axis
 
 @dataclass(frozen=True, eq=False)
 class Sector:
-    """Nodes of the high cut faces, which follow the low ones: `u_i = Q u_j`.
+    """Nodes of the high cut faces, which follow nodes of the low cut faces: `u_i = Q u_j`.
 
     Attributes
     ----------
@@ -167,7 +167,7 @@ class Sector:
     def once(
         self, names: Sequence[str], pairs: tuple[Any, ...], points: Array, errors: Array
     ) -> tuple[Any, ...]:
-        """The pairs, except those of copied nodes, which are copies of other pairs.
+        """The pairs without the pairs of copied nodes, which are copies of other pairs.
 
         A pair of a copied node adds its normal and width to the pair of the node that it copies.
         `pairs` has for each pair the number of its contact, its node of body 1, its place on body 2

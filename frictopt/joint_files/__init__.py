@@ -1,14 +1,14 @@
 """Joints from files: a deck with its contacts, loads and steps, or a joint file in TOML.
 
-A file comes in, and a `Joint` comes out: a `ContactModel`, its friction, its load cases, and the
-states at the ends of the steps, from which load cycles are made.
+The input is a file, and the result is a `Joint`: a `ContactModel`, its friction, its load cases,
+and the states at the ends of the steps, from which load cycles are made.
 
 - `read_joint.py`: `read_joint`, for decks and joint files
 - `joint.py`: `Joint` with its system and load cycles
 - `deck_conditions.py`: what a deck has apart from its mesh: materials, contacts, bolts, loads
 - `states.py`: the loads in force at the end of each step, as amplitudes of load cases
 - `deck_model.py`: the `ContactModel` of these conditions and the mesh
-- `refused.py`: the keywords that are refused, and those without effect
+- `refused.py`: keywords that are refused, and keywords without effect
 
 To read another keyword, write a method `_read_<keyword>` in `deck_conditions.py`. To refuse a
 keyword, add it to `refused.py`. Then list the keyword in `docs/formats.md`.

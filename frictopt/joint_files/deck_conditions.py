@@ -14,8 +14,9 @@ from ..readers.listing import HELD_BY_NAME
 from .refused import OUTPUT, WITHOUT_EFFECT
 from .states import InForce, Key, State
 
-# Keywords that are read before all others, wherever they stand: loads act on bolts and couplings,
-# contact pairs refer to interactions, and the axis of a ring to a tie.
+# Keywords that are read before all others, wherever they stand, because other keywords refer to
+# them: loads to bolts and couplings, contact pairs to interactions, and the axis of a ring to a
+# tie.
 _FIRST = set(
     "PRE-TENSIONSECTION COUPLING KINEMATIC DISTRIBUTING RIGIDBODY TIE SURFACEINTERACTION "
     "SURFACEBEHAVIOR FRICTION".split()
@@ -107,7 +108,7 @@ class Conditions:
             self._follow(blocks[start:end])
 
     def _follow(self, blocks: Sequence[Block]) -> None:
-        """Read the blocks of a step for each time that becomes a state; the last is its end."""
+        """Read the blocks of a step at each of its times that become states, and at its end."""
         self._steps += 1
         self._step_name = blocks[0].parameters.get("NAME", f"STEP {self._steps}")
         self._is_static = False

@@ -97,8 +97,8 @@ class DeckModel:
         }
         self.bodies = split_bodies(replace(mesh, _subdomains=self.parts), bodies)
         # `origin` maps a body to the matrix (nodes of the body, nodes of the deck) of the means
-        # that give its nodes. `rows` maps it to the nodes of the deck that are its nodes, -1 for a
-        # mean of several.
+        # that give its nodes. `rows` maps a body to the node of the deck for each of its nodes; -1
+        # if the node is a mean of several.
         self.origin = {}
         self.rows = {}
         for part, body in self.bodies.items():
@@ -173,7 +173,7 @@ class DeckModel:
         return names
 
     def _in_force(self, *, glued: bool) -> list[Pair]:
-        """The contact pairs in force: those that are glued, or those that are not."""
+        """The contact pairs in force: only the glued pairs, or only all other pairs."""
         return [
             pair
             for pair in self.conditions.pairs

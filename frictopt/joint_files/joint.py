@@ -43,8 +43,8 @@ class Joint(Shown):
     left_out
         Sentences on parts of the file that the model does not have.
     unlike
-        States whose supports, contact pairs or friction differ from those of the last step, which
-        the model has.
+        States whose supports, contact pairs or friction differ from the last step. The model has
+        the supports, pairs and friction of the last step.
     locked
         States in which bolts keep their lengths.
     units
@@ -137,8 +137,8 @@ class Joint(Shown):
         Returns
         -------
         LoadCycle
-            At load factor 1 the loads are those of the file. Locked bolts are tightened under the
-            loads of the last state before their lengths are kept, see `tightened`.
+            At load factor 1 the cycle has the loads of the file. Locked bolts are tightened under
+            the loads of the last state before their lengths are kept, see `tightened`.
 
         Raises
         ------
@@ -244,7 +244,7 @@ class Joint(Shown):
 
     @property
     def suggestion(self) -> str:
-        """Options for a command: the mean load is the first state that presses, corners follow."""
+        """Options for a command: mean load (first state that presses), corners (later states)."""
         names = [name for name in self.states if name not in self.unlike]
         presses = set(self.pressing)
         mean = next((name for name in names if self.states[name].keys() & presses), "")

@@ -121,8 +121,8 @@ def load_cases(
 ) -> tuple[dict[str, Field], dict[str, dict[str, float]]]:
     """Load case -> its loads at amplitude 1; and state -> the amplitudes of the load cases.
 
-    The first load on a target is a load case. If a later load on this target is a multiple of it,
-    both are the same load case; otherwise the later load is a new load case.
+    The first load on a target is a load case. If a later load on this target is a multiple of the
+    first, both are amplitudes of one load case; otherwise the later load is a new load case.
     """
     cases: dict[str, Field] = {}
     of_target = defaultdict[str, list[str]](list)

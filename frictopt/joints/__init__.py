@@ -1,6 +1,6 @@
 """Joints: results for engineers.
 
-A contact, its load cycle and its friction come in. The results are:
+The input is a contact with its load cycle and its friction. The results are:
 
 - `report.py`: the report on a joint, and reports on its variants in one table. `report_pages.py`
   computes the answers of each part, `report_tables.py` makes their tables and numbers with units,

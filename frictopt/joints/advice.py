@@ -24,7 +24,7 @@ from .thresholds import QUANTITIES, SLIP_RANGE
 # Names of the motions in which bodies slide off: slides, turns, pries, lifts off.
 
 SLIDES, TURNS, PRIES, LIFTS_OFF = "slides", "turns", "pries", "lifts off"
-# If the contacts of a joint move in several ways, the joint gets the first of these motions.
+# If the contacts of a joint move in several ways, the joint gets the first motion in this order.
 _ORDER = (PRIES, TURNS, SLIDES, LIFTS_OFF)
 _MOST_NAMES = 4  # largest number of contacts that a sentence names
 
@@ -49,8 +49,8 @@ def _motion(phi: Array, turn: float, is_flat: bool) -> str:
 
     A turn that pries a face open tilts it: the lifts of its nodes differ by more than their mean
     slip. A turn about the normal of a flat face, or of a shaft in its hub, lifts all nodes alike.
-    If all nodes that move lift by the same distance, the angle is 0. A flat face whose other nodes
-    stay at rest is then pried open, too.
+    If all nodes that move lift by the same distance, the angle is 0. A flat face is then pried
+    open, too, if its other nodes stay at rest.
     """
     *slips, lift = phi
     slip = float(np.linalg.norm(slips, axis=0).mean())
@@ -288,7 +288,7 @@ def _on_slip(parts: ReportParts, steady: SteadyState, friction_helps: bool) -> I
 
 
 def _on_assembled_limit(parts: ReportParts) -> Iterator[str]:
-    """The load up to which the joint stops slipping as assembled, between both limits."""
+    """The load up to which the joint as assembled stops slipping; it lies between the limits."""
     assembled, guaranteed = parts.assembled, parts.guaranteed
     if assembled is None:
         return

@@ -48,7 +48,7 @@ from ..transients.steady import settled_from
 WORN_IN = 1e-3
 # With this parameter of the Rosenbrock method, fast changes decay without oscillation.
 _GAMMA = 1 - 1 / np.sqrt(2)
-# Rates that remain after this number of cycles count as constant. Its unit is the number of cycles
+# Rates that remain after this number of cycles count as constant. The unit is the number of cycles
 # in which the stiffest node loses its pressure.
 _FAR = 1e6
 # Largest and smallest growth of the length of a jump. Of the growth that the error estimate allows,
@@ -68,7 +68,7 @@ class Course:
     per_work, tolerance
         (N,) depth per work of friction, and tolerance of a jump.
     settle
-        Finds the steady state of a worn contact from a state.
+        Function that follows a worn contact from a state to its steady state.
     steady, began
         The steady state, and the state from which it was followed.
     cycles, length
@@ -147,8 +147,8 @@ class Course:
     def jump(self, most_cycles: float) -> None:
         """Make the next jump, as long as the tolerance allows, up to `most_cycles` in all.
 
-        It is a step of a linearly implicit Rosenbrock method of second order. The first stage of
-        this step is a step of first order, which estimates the error.
+        The jump is a step of a linearly implicit Rosenbrock method of second order. The first stage
+        of this step is a step of first order, which estimates the error.
         """
         rate, damping = self.rate(self.steady), self.damping
         for _ in range(_ATTEMPTS):
@@ -246,7 +246,7 @@ class WearHistory(Worn):
     Attributes
     ----------
     steady
-        The last steady state. Its contact is the worn one, and can be used in all other functions.
+        The last steady state. Its `system` is the worn contact, which all other functions accept.
         In space, if an error ended the history, its `step_error` is inf.
     depth, pressure
         (J + 1, N) depth worn off at each node since the beginning, both bodies together, length;
@@ -281,7 +281,7 @@ class WearHistory(Worn):
 
     @property
     def cycles(self) -> Array:
-        """(J + 1,) number of load cycles before the first jump, 0, and after each one.
+        """(J + 1,) number of load cycles so far: 0 before the first jump, then after each jump.
 
         Jumps do not end at whole cycles.
         """
@@ -346,8 +346,8 @@ def wear(
     steady state. This state has to pass the usual checks. Theory, eq. (29).
 
     Without `cycles` the history ends when the contact is worn in: when it no longer slips, or its
-    work of friction per cycle is a thousandth of the largest. It also ends if wear no longer
-    changes any pressure, because it then continues at constant rates.
+    work of friction per cycle is a thousandth of the largest. The history also ends once wear no
+    longer changes any pressure: from then on wear goes on at constant rates.
 
     Parameters
     ----------
@@ -368,9 +368,10 @@ def wear(
         `system`.
     tolerance
         Largest estimated error of the depth that a jump adds, relative to the largest depth at its
-        end. The estimate uses a method of first order. It does not bound the error of the whole
-        history, to which all jumps contribute. Most histories have a smaller error, some an error
-        several times larger. To check, repeat the history with a quarter of the tolerance.
+        end. The estimate uses a method of first order. The tolerance does not bound the error of
+        the whole history, to which all jumps contribute. The error of most histories is below the
+        tolerance; some have an error several times larger. To check, repeat the history with a
+        quarter of the tolerance.
     steps, progress
         Number of increments from corner to corner, see `steady_state`, and whether to show the
         progress after two seconds.

@@ -67,14 +67,14 @@ class BackboneCurve(Kept, Plotted, Resonant):
     displacement, stiffness
         (K,) half the range of the displacement of the load in the cycle, and the secant stiffness,
         which is the load factor divided by this displacement. The displacement is the work of the
-        load per load factor, see `ContactSystem.displacements`. It is a length only if the load is
-        a single force of size 1 at load factor 1.
+        load per load factor, see `ContactSystem.displacements`. The displacement is a length only
+        if the load is a single force of size 1 at load factor 1.
     damping
         (K,) damping ratio `work / (2 pi load_factor displacement)`.
     frequency
-        (K,) `sqrt(stiffness) / (2 pi)`, in cycles per unit of time, for the load of a
-        mass-normalised mode, which has a `natural_frequency`. NaN for all other loads, because
-        their modal mass is unknown.
+        (K,) `sqrt(stiffness) / (2 pi)`, in cycles per unit of time, if the load is the load of a
+        mass-normalised mode with a `natural_frequency`. NaN for all other loads, because their
+        modal mass is unknown.
     resonance
         (K,) resonance frequency under a harmonic force, from the first harmonic of the loop;
         `frequency` follows from the tips of the loop. NaN if `frequency` is NaN, or if no harmonic
@@ -90,7 +90,7 @@ class BackboneCurve(Kept, Plotted, Resonant):
     self_stress
         Whether contact forces can balance themselves, as in a press fit. `gross_slip` is then the
         load factor at which the transient from no slip slides off, unless statics gives a lower
-        one.
+        load factor.
     least_damping, most_damping, least_frequency, most_frequency
         (K,) the smallest and the largest values of all steady states found in a search over the
         residual slips, see `dissipation_range`. These values occur, but the true range may be
@@ -100,7 +100,7 @@ class BackboneCurve(Kept, Plotted, Resonant):
         columns load_factor, extreme ("least", "most"), displacement, frequency, resonance, damping.
         Without rows if there is no range.
     guaranteed_limit, shakedown_limit
-        Load factors of both limits. If nodes stay closed and have friction, the damping is zero
+        Load factors of the two limits. If nodes stay closed and have friction, the damping is zero
         from every start below the guaranteed limit, and from no start above the shakedown limit.
         NaN without a range.
     natural_frequency
@@ -171,7 +171,7 @@ class BackboneCurve(Kept, Plotted, Resonant):
         """(K,) estimated relative error of the work due to increments; 0 on exact paths.
 
         See `SteadyState.step_error`. NaN if there is no steady state. In a report, it is estimated
-        only at load factor 1, and is NaN at all others.
+        only at load factor 1, and is NaN at all other load factors.
         """
         return frozen(
             [np.nan if steady is None else steady.step_error for steady in self.steady_states]
@@ -182,8 +182,9 @@ class BackboneCurve(Kept, Plotted, Resonant):
         """(K,) half the range of the mean motion of the loaded region along the load, a length.
 
         It is the displacement divided by the size of the load at load factor 1. NaN if this size is
-        not known: for loads that are neither tractions nor forces per volume, and for systems that
-        were not condensed from a model, see `load_size` of `ContactSystem`.
+        not known. Tractions, pressures, forces per volume and forces on nodes have a size, unless
+        their load case also contains a moment or a load of another kind. Systems that were not
+        condensed from a model lack it, see `load_size` of `ContactSystem`.
         """
         return self.displacement / load_size(self.system, self.cycle)
 
@@ -192,12 +193,12 @@ class BackboneCurve(Kept, Plotted, Resonant):
     ) -> SteadyState:
         """The steady state at which the slipping share or the work of friction reaches a number.
 
-        The search begins with the first interval between two load factors of the curve in which the
-        share or the work rises through the number. Transients narrow this interval to a ten
-        thousandth of the load factor in the plane, and to a hundredth in space. The steady state at
-        its upper end is returned. Its share or work is at least the number. It may be larger,
-        because nodes begin to slip one by one. If the curve has just this number at its first load
-        factor, the interval begins at 0.
+        The search begins in the first interval of the load factors of the curve in which the share
+        or the work rises through the number. Transients narrow this interval to a ten thousandth of
+        the load factor in the plane, and to a hundredth in space. The steady state at its upper end
+        is returned. The share or work there is at least the number, and may be larger, because
+        nodes begin to slip one by one. If the curve has just this number at its first load factor,
+        the interval begins at 0.
 
         Parameters
         ----------
@@ -301,12 +302,12 @@ def backbone_curve(
         the curve uses; the two may differ by 1 %. None: the load is not the load of a mode.
     with_range
         Whether to search the residual slips for the smallest and the largest damping, and to
-        compute both limits. Up to a proven guaranteed limit the damping is zero, and there is no
-        search. In space the search takes hundreds of transients for each load factor, see
-        `dissipation_range`.
+        compute the guaranteed limit and the shakedown limit. Up to a proven guaranteed limit the
+        damping is zero, and there is no search. In space the search takes hundreds of transients
+        for each load factor, see `dissipation_range`.
     steps, progress
-        Number of increments from corner to corner (None: the exact path in the plane, 20 in space),
-        and whether to show a bar after two seconds.
+        Number of increments from corner to corner (None: the exact path in the plane, 20 increments
+        in space), and whether to show a bar after two seconds.
 
     Returns
     -------
@@ -337,7 +338,7 @@ def backbone_curve(
     """
     coefficients = np.array(friction_coefficients(friction, system))
     flag("with_range", with_range)
-    # These raise if the cycle names an unknown load case.
+    # These calls raise an error if the cycle names an unknown load case.
     system.reaction(checked_cycle(cycle).mean)
     cycle.corner_reactions(system)
     load = load_of_curve(system, cycle, coefficients, natural_frequency)

@@ -43,8 +43,8 @@ class Swing:
     Attributes
     ----------
     ways
-        Numbers of the states from the low end to the high end: those on the way up, and those on
-        the way down in reverse order.
+        Numbers of the states from the low end to the high end: the states on the way up, and the
+        states on the way down in reverse order.
     place
         (T,) displacement of the states, -1 at the low end and 1 at the high end.
     """
@@ -109,8 +109,8 @@ def swing_of(level: Array, displacement: Array) -> Swing | None:
 class CurveLoad:
     """A load with its amplitudes (cases,) at load factor 1 and its compliance on the glued bodies.
 
-    `natural_frequency` is NaN if the load is not that of a mode. `missing` says why the load has no
-    displacement; it is "" if the load has one.
+    `natural_frequency` is NaN if the load is not the load of a mode. `missing` says why the load
+    has no displacement; it is "" if the load has one.
     """
 
     direction: Array = field(default_factory=lambda: np.zeros(0))
@@ -172,7 +172,7 @@ def loop_of(steady: SteadyState, direction: Array) -> tuple[Array, Array]:
 
 
 def load_size(system: ContactSystem, cycle: LoadCycle) -> float:
-    """Size of the cyclic load at load factor 1, force, by its first corner; NaN if not known."""
+    """Size of the cyclic load at load factor 1, force, at its first corner; NaN if not known."""
     size = 0.0
     for case, amplitude in cycle.corners[0].items():
         if amplitude:
@@ -259,8 +259,8 @@ def _checked_frequency(natural_frequency: float, compliances: list[float]) -> fl
     """The natural frequency that follows from a compliance and is closest to the given one."""
     frequencies = [1 / (2 * np.pi * np.sqrt(compliance)) for compliance in compliances]
     closest = min(frequencies, key=lambda frequency: abs(frequency / natural_frequency - 1))
-    # Relative difference up to which two natural frequencies count as those of one mode. Other
-    # codes write them with few digits.
+    # Relative difference up to which two natural frequencies count as frequencies of one mode.
+    # Other codes write them with few digits.
     same_mode = 1e-2
     if abs(closest / natural_frequency - 1) > same_mode:
         raise ModelError(
@@ -350,7 +350,7 @@ class CurveQuestion:
     def _slides_off(self, factor: float) -> bool:
         """Whether statics proves that the bodies slide off.
 
-        It is True, too, if they slide off under the mean load alone.
+        The result is also True if the bodies slide off under the mean load alone.
         """
         if isinstance(self.gross, SolverError):
             return False

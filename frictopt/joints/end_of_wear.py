@@ -47,8 +47,8 @@ class WornIn(Worn):
     Attributes
     ----------
     steady, record
-        Its steady state, which is shakedown, and the record of this state. The `system` of the
-        steady state is the worn contact, and all other functions accept it.
+        The steady state of the worn contact, which is shakedown, and the record of this state. The
+        `system` of the steady state is the worn contact, and all other functions accept it.
     depth, stick
         (N,) depth worn off at each node, of both bodies together, length; and the nodes that never
         slip while the contact wears. In the end only these nodes are in contact. The depth exceeds
@@ -229,7 +229,7 @@ def _check_similar(system: ContactSystem) -> None:
 def _ends_of_cycle(
     system: ContactSystem, cycle: LoadCycle, load_factor: float
 ) -> tuple[Array, Array]:
-    """The two loads (M,) between which the loads of a cycle stay, on a line."""
+    """The two loads (M,) at the ends of the line on which all loads of a cycle lie."""
     loads = reactions(system, cycle.at(load_factor))
     changes = loads - loads[0]
     line = changes[np.linalg.norm(changes, axis=1).argmax()]

@@ -1,7 +1,7 @@
 """The forced response of a joint near a resonance, from its backbone curve.
 
-It is an approximation by a single mode, whose stiffness and loss come from quasi-static steady
-cycles.
+The response is approximated by a single mode, whose stiffness and loss come from quasi-static
+steady cycles.
 """
 
 from __future__ import annotations
@@ -60,8 +60,8 @@ class ForcedResponse(Kept, Plotted):
         only a part of this band. NaN without a range; inf beyond the curve.
     sensitivity
         (F,) -d ln peak / d ln work: if the work of friction is larger by a small share, the peak is
-        smaller by about this number times the share. It is computed from the peaks of this force
-        and of a force that is 5 % smaller. 0 without friction. NaN beyond the curve.
+        smaller by about this number times the share. The number is computed from the peaks of this
+        force and of a force that is 5 % smaller. 0 without friction. NaN beyond the curve.
     interaction
         (F,) relative change of the peak that two effects outside the approximation may cause:
         harmonics of the frequency move the mode itself, and `other_modes` respond to harmonics
@@ -149,7 +149,7 @@ def positive_numbers(name: str, values: ArrayLike) -> Array:
 
 # The curves of amplitude against frequency of a mode under one harmonic force.
 
-# Rows of each side of a curve. They are dense at the peak, where the frequency turns.
+# Rows of each side of a curve. The rows are dense at the peak, where the frequency turns.
 _ROWS = 300
 
 
@@ -177,8 +177,8 @@ def _amplitudes(oscillator: ModalOscillator, force: float, least: float, most: f
     if least > 0:
         share = (1 - np.cos(np.linspace(0.0, np.pi, _ROWS))) / 2
     else:
-        # Lowest amplitude of a curve, relative to the static one: it lies at twice the natural
-        # frequency.
+        # Lowest amplitude of a curve, relative to the static amplitude. The curve reaches it at
+        # twice the natural frequency.
         lowest = 1 / 3
         least = min(lowest * force / float(oscillator.stiffness[0]), most / 2)
         share = np.sin(np.linspace(0.0, np.pi / 2, _ROWS))

@@ -118,8 +118,8 @@ class ModalOscillator(Kept):
     def peaks(self, force: float) -> list[float]:
         """Amplitudes at which the resonance needs this force, rising.
 
-        The curve from rest ends at the first of them. Between the second and the third lies a
-        detached curve. The list is empty if the peak lies beyond the known amplitudes.
+        The curve from rest ends at the first of them. Between the second and the third amplitude
+        lies a detached curve. The list is empty if the peak lies beyond the known amplitudes.
         """
         lowest = _BEGIN * force / (self.stiffness.max() + self.loss.max())
         if lowest >= self.largest:
@@ -140,8 +140,9 @@ class ModalOscillator(Kept):
     def frequencies(self, force: float, a: Array, side: int) -> Array:
         """Angular frequencies below (-1) or above (1) the resonance of amplitudes (n,).
 
-        NaN for amplitudes that need less than the force at every frequency on this side. They are
-        found by bisection between the resonance and a frequency that needs more than the force.
+        NaN for amplitudes that need less than the force at every frequency on this side. The
+        frequencies are found by bisection between the resonance and a frequency that needs more
+        than the force.
         """
         resonance = self.resonance(a)
         far = np.zeros(len(a)) if side < 0 else np.sqrt(self._stiffness(a) + force / a)
@@ -179,11 +180,11 @@ class ModalOscillator(Kept):
 
 # The numbers of the interaction.
 
-# Damping ratio of the other modes. It bounds their response if a multiple of the frequency meets a
-# natural frequency.
+# Damping ratio of the other modes. It bounds the response of a mode if a multiple of the frequency
+# meets the natural frequency of this mode.
 _DAMPING = 0.005
-# Relative compliance between two loads up to which they count as loads of two modes. It exceeds
-# rounding, because other codes write modes with few digits.
+# Relative compliance between two loads up to which they count as loads of two modes. This limit
+# exceeds rounding, because other codes write modes with few digits.
 _ORTHOGONAL = 1e-2
 
 

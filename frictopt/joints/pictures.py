@@ -39,7 +39,7 @@ from .report import Comparison
 _FARTHEST = 1.5
 # Room around the values and the limits that are drawn, as a factor.
 _ROOM = 1.12
-# Ratio of the largest to the smallest peak from which amplitudes have a logarithmic axis.
+# Amplitudes have a logarithmic axis if the largest peak is at least this many times the smallest.
 _LOGARITHMIC = 8.0
 
 _DEPTH = "depth worn off (length)"
@@ -48,7 +48,7 @@ _MARKED: Look = {name: series(0)[name] for name in ("color", "marker")}
 
 @picture.register
 def _comparison(of: Comparison, ax: AnyAxes) -> AnyAxes:
-    """The numbers of all variants, divided by those of the first variant, if all are finite."""
+    """Each number of each variant, divided by the first variant's number, if all are finite."""
     numbers = of.table.set_index("number")[list(of.names)].astype(float)
     ratios = numbers.div(numbers[of.names[0]], axis=0)
     ratios = ratios[np.isfinite(ratios).all(axis=1)]

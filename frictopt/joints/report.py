@@ -57,13 +57,14 @@ class Report(Kept, ReportParts):
     mean_state
         The state under the mean load, reached from a state without slip.
     gross_slip
-        Result of `gross_slip`. On the first page it follows from equilibrium alone. If it has a
-        `self_stress`, the second page computes it again, by transients.
+        Result of `gross_slip`. On the first page it follows from equilibrium alone. If contact
+        forces can balance themselves (`self_stress`), the second page computes it again, by
+        transients.
     steady
         The steady state at load factor 1, from no slip; None if `missing` has a reason.
     assembled
-        Result of `limit_after_protocol`: the limit from no slip, searched between both limits in at
-        most eight transients. None if `missing` has a reason.
+        Result of `limit_after_protocol`: the limit from no slip, searched between the guaranteed
+        limit and the shakedown limit in at most eight transients. None if `missing` has a reason.
     required_assembled
         Result of `friction_after_protocol`: the friction needed from no slip at load factor 1,
         searched above the required friction in at most eight transients. None if `missing` has a
@@ -74,8 +75,9 @@ class Report(Kept, ReportParts):
     safety
         DataFrame with a row for each safety factor, the number by which the cyclic load may grow:
         columns `against`, `nominal`, `worst` (in the scatter), `at` (the worst input), `by` (the
-        method: a theorem, or the corners of the scatter). A factor above 16 is inf. Against gross
-        slip, it is inf if no body slides off at any load, and 0 if no state of rest exists.
+        method: a theorem, or the corners of the scatter). A factor above 16 is inf. The factor
+        against gross slip is inf if no body slides off at any load, and 0 if no state of rest
+        exists.
     verdicts
         DataFrame with a row for each threshold: columns quantity, value, limit, unit, passed,
         margin, where, at (the worst input). The margin is the limit divided by the value; a work is
@@ -107,8 +109,8 @@ class Report(Kept, ReportParts):
           forces have the resultant and the moment that the loads send through it while all faces
           stick. Its pressure is distributed as under the mean load (`slides_at`), or as in the
           steady state. If bodies slide off at a lower load factor and this face moves, the value is
-          the gross-slip load. It is NaN for a face that is not flat. Parts of the mean load that
-          slide no body, such as preloads, do not count, since slip relieves them.
+          the gross-slip load. The value is NaN for a face that is not flat. Parts of the mean load
+          that slide no body, such as preloads, do not count, since slip relieves them.
         - utilisation: the largest Q / fP of all corners;
         - carries: the share of this face in the work of friction as bodies slide off;
         - where: the place of its largest slip range.
@@ -271,7 +273,8 @@ def report(
     title
         Title of the report, such as the name and the number of the drawing.
     notes
-        Facts that the model leaves out, such as parts of a deck. They stand below the loads.
+        Facts that the model leaves out, such as parts of a deck. The report has them below the
+        loads.
     model
         The `ContactModel` that was condensed. The sheet then has its bodies with their materials
         and meshes, and a picture of the joint with its loads and faces.

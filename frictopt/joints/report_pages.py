@@ -226,7 +226,7 @@ class Pages(Generic[Parts]):
 
     def _steady_at_load(self) -> SteadyState:
         steady = self._steady_at(1.0)
-        steady.states()  # tables need the states: an error here is one of the steady state
+        steady.states()  # tables need the states: an error here is an error of the state
         return steady
 
     def ask_with_load(self) -> None:
@@ -394,7 +394,7 @@ class Pages(Generic[Parts]):
         try:
             return shakedown_limit(self.system, self.cycle, self.friction, open_nodes=is_open)
         except ModelError as error:
-            # The closed nodes do not hold the open ones.
+            # The closed nodes do not hold the open nodes.
             raise NoContinuation(str(error)) from error
 
     def leave_out_the_rest(self) -> None:

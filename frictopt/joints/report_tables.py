@@ -106,7 +106,7 @@ def motion_of_load(parts: ReportParts) -> float:
 def motions_of_points(parts: ReportParts) -> dict[str, float]:
     """Point -> half the range of its motion at load factor 1, along its force.
 
-    A point is a load case of forces whose amplitude in the cycle is 0.
+    A load case of forces marks a point if its amplitude in the cycle is 0.
     """
     steady, system, cycle = parts.steady, parts.system, parts.cycle
     if steady is None or steady.outcome is Outcome.RATCHETING or system.compliance is None:
@@ -211,7 +211,7 @@ def _steady_rows(parts: ReportParts, steady: SteadyState) -> Iterator[_Row]:
 
 
 def _converges(parts: ReportParts, steady: SteadyState) -> str:
-    """Whether work and slip converge with the mesh, and on which condition."""
+    """Whether work and slip converge with the mesh, and under which condition."""
     slipping = int(steady.slipping.sum())
     if many_nodes_slip(parts):
         return _if_fine(steady, "yes")

@@ -188,7 +188,8 @@ def missing_in_words(parts: ReportParts) -> list[str]:
 def _section_text(parts: ReportParts, section: Section) -> str:
     """The text of a section; the sentences that a report begins with need no heading."""
     heading = [] if section.title == _FIRST else [f"{section.title}:"]
-    # Sentences beside a table are left out here: the sheet explains the columns.
+    # In this text a section with a table has no sentences. They explain its columns, and the sheet
+    # (HTML) has them.
     if section.table is None:
         return "\n".join([*heading, *(fill(sentence, PAPER) for sentence in section.sentences)])
     table = section.table

@@ -25,7 +25,7 @@ from .forced_response import (
 )
 from .modal_oscillator import ModalOscillator, OtherModes, checked_modes, interaction_at
 
-# Steady states at the amplitudes that a response needs. They join the points of its curve.
+# Steady states at the amplitudes that a response needs. They are added to the points of its curve.
 #
 # Between the load factors of a curve, stiffness and loss are interpolated. A steady state at the
 # amplitude of a peak shows the force that the peak needs.
@@ -57,7 +57,7 @@ def checked_points(
     ----------
     points
         The points of the curve, with the columns load_factor, displacement, resonance, steady and
-        those that `wanted_of` needs; load factor and displacement rise from row to row.
+        all columns that `wanted_of` needs; load factor and displacement rise from row to row.
     wanted_of, follow
         See `WantedOf`; and a function that returns the row of a point at a load factor, with its
         steady state.
@@ -65,7 +65,7 @@ def checked_points(
     Returns
     -------
     DataFrame
-        The points with the states that have joined.
+        The points of the curve, with the added states.
     dict
         Name -> reason why no state is at its amplitude.
     """
@@ -125,7 +125,7 @@ _WEAKER = 0.95
 
 
 class Resonant:
-    """Base of curves whose load may be that of a mode."""
+    """Base of curves whose load may be the load of a mode."""
 
     def response(
         self: Any,
@@ -140,8 +140,9 @@ class Resonant:
 
         The stiffness of the mode follows from the first harmonic of its loop, and its loss from the
         work of friction. Both are interpolated over the amplitude. Steady states at the amplitude
-        of each peak join the load factors of the curve until the force balances to 1 %. The answer
-        is an approximation, not a bound. See "The forced response" in both Validity and Theory.
+        of each peak are added to the points of the curve until the force balances to 1 %. The
+        answer is an approximation, not a bound. See "The forced response" in both Validity and
+        Theory.
 
         Parameters
         ----------
@@ -164,7 +165,8 @@ class Resonant:
         ------
         ModelError
             Bad input; a curve without frequencies, with fewer than three load factors that have a
-            resonance, or with an amplitude that falls; other modes that are not loads of modes.
+            resonance, or with an amplitude that falls; names in `other_modes` that are not loads of
+            modes.
 
         Examples
         --------
@@ -217,7 +219,7 @@ class Resonant:
         """The largest modal force whose resonance, swept from rest, stays within a limit.
 
         The curve turns the limit into an amplitude. Steady states at this amplitude, and at the
-        amplitude that needs the largest force, join the load factors of the curve until the force
+        amplitude that needs the largest force, are added to the points of the curve until the force
         balances to 1 %.
 
         Parameters

@@ -1,9 +1,9 @@
 """Safety factors of a joint and verdicts on its thresholds, with the scatter of its input.
 
 A safety factor is the number by which the cyclic load may grow. If equilibrium determines the
-gross-slip load, theorems locate the worst input. More friction never lowers this load. It is a
-concave function of the preloads, so its minimum is at a corner of their ranges. Steady slip has no
-such theorem, so the nominal input and all corners of the ranges are followed.
+gross-slip load, theorems locate the worst input. More friction never lowers this load. The load is
+also a concave function of the preloads, so its minimum is at a corner of their ranges. Steady slip
+has no such theorem, so the nominal input and all corners of the ranges are followed.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def _slide_in_full_at(
 def factor_of(gross: GrossSlip) -> float:
     """The safety factor of a sliding-off load.
 
-    It is 0 if no state of rest exists at load factor 1 or below.
+    The factor is 0 if no state of rest exists at load factor 1 or below.
     """
     if np.isnan(gross.load_factor) or gross.least > 1 + ROUNDING:
         return 0.0

@@ -180,7 +180,8 @@ def _checked_frictions(
 def _friction_law(system: ContactSystem, friction: Any) -> Any:
     """The distribution of friction, or contact -> distribution; None if there is none.
 
-    The distribution of the only contact counts as that of all nodes: its probability is exact.
+    The distribution of the only contact counts as the distribution of all nodes, because its
+    probability is exact.
     """
     if not is_named(friction):
         return distribution("friction", friction) if is_distribution(friction) else None
@@ -251,7 +252,7 @@ def _tightened(nominal: float, factor: float) -> Any:
     """The normal distribution of a preload whose largest value is alpha_A times its smallest.
 
     VDI 2230 gives no distribution. Here 95 % of all preloads are between the smallest and the
-    largest, which are symmetric to the nominal preload.
+    largest, which lie at the same distance from the nominal preload.
     """
     from scipy.stats import norm  # imported here, because scipy.stats is slow to import
 

@@ -90,7 +90,7 @@ def place_of_node(system: ContactSystem, node: int) -> str:
     """The number and the place of a node, to four digits of the size of the contact."""
     number = in_deck(system, node)
     size = float(np.ptp(system.points, axis=0).max()) or 1.0
-    # The first of the four digits is that of the size itself.
+    # The first of the four digits is the first digit of the size.
     digits = 3 - int(np.floor(np.log10(size)))
     at = place(np.round(system.points[node], digits) + 0.0)  # adding 0 turns -0 into 0
     return f"node {node}{f' ({number})' if number else ''} at {at}"
@@ -191,8 +191,9 @@ def load_at_threshold(
 def _bracket(known: Mapping[float, float], threshold: float) -> tuple[float, float]:
     """The two known load factors between which values begin to exceed a threshold.
 
-    The upper one is the least whose value exceeds the threshold; inf if no value does. The lower
-    one is the largest below it whose value does not; 0 if there is none.
+    The upper load factor is the least whose value exceeds the threshold; inf if no value does. The
+    lower load factor is the largest below the upper one whose value does not exceed it; 0 if there
+    is none.
     """
     keep = [factor for factor, value in known.items() if value <= threshold]
     high = min(known.keys() - keep, default=np.inf)
@@ -208,9 +209,9 @@ def first_state_that_reaches(
 ) -> SteadyState:
     """The steady state at the least load factor found at which its `name` is at least `wanted`.
 
-    `name` is a numeric attribute of a steady state. Its value is at most `wanted` in the state
-    `below`, and at least `wanted` in the state `reaches` at a larger load factor. `follow` returns
-    the state at a load factor.
+    `name` is a numeric attribute of a steady state. The value of this attribute is at most `wanted`
+    in the state `below`, and at least `wanted` in the state `reaches` at a larger load factor.
+    `follow` returns the state at a load factor.
     """
     states = {state.load_factor: state for state in (below, reaches)}
 

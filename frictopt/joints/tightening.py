@@ -28,9 +28,9 @@ def tightened(
     Nodes may slip and open under the mean load. In the given mean load, the amplitude of a locked
     bolt is its tension divided by the force of its `BoltPreload`. In the returned mean load, the
     amplitude is the shortening that gives this tension, divided by the shortening of the unit
-    amplitude. The mean load is applied to a contact without slip, as in `march`. Its other loads
-    act while the bolts are tightened. To add loads after that, tighten first, and add them to the
-    mean load of the cycle returned.
+    amplitude. The mean load is applied to a contact without slip, as in `march`. The other parts of
+    the mean load act while the bolts are tightened. To add loads after that, tighten first, and add
+    them to the mean load of the cycle returned.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def tightened(
         friction, one or one per node.
     steps
         Number of increments to the mean load. Pass the same number as to the transients that
-        follow. None: the exact path in the plane, 20 in space.
+        follow. None: the exact path in the plane, 20 increments in space.
     progress
         Whether to show the progress after two seconds.
 
@@ -57,7 +57,8 @@ def tightened(
     NoContinuation
         The mean load makes a body slide or opens the contact as a whole.
     SolverError
-        No shortenings are found that give these tensions with relative errors of at most 1e-9.
+        No shortenings are found that give the bolts their tensions with relative errors of at most
+        1e-9.
 
     Examples
     --------
@@ -154,7 +155,7 @@ class _Bolts:
         )
 
     def glued_derivative(self) -> Array:
-        """(bolts, bolts) derivative of the tensions by the amplitudes, for glued bodies."""
+        """(bolts, bolts) change of the tensions per change of the amplitudes, for glued bodies."""
         cases = list(self.system.bonded)
         rows = [cases.index(name) for name in self.names]
         shortenings = np.array([self.system.bolts[name][1] for name in self.names])

@@ -1,7 +1,7 @@
 """Meshes of bodies: their lines in the plane, their surfaces in space.
 
-matplotlib draws these plain pictures in any document. PyVista draws models in space as they are
-seen, see `ContactModel.view`.
+matplotlib draws these plain pictures in any document. PyVista draws models in space as the eye sees
+them, see `ContactModel.view`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -60,7 +60,8 @@ def draw_bodies(
         # A patch of the legend as pale as the faces would not show which body is meant.
         axes.plot([], [], marker="s", linestyle="none", color=color, label=as_is(name))
     if polygons:
-        # All faces are one collection: matplotlib hides faces behind others only within one.
+        # All faces are one collection: matplotlib hides faces behind others only within one
+        # collection.
         faces, edges = ([(color, alpha) for color in looks] for alpha in (face, edge))
         axes.add_collection3d(
             Poly3DCollection(polygons, facecolors=faces, edgecolors=edges, linewidth=0.3)

@@ -21,7 +21,7 @@ from mpl_toolkits.mplot3d import Axes3D
 from ..base import Array, shown
 from ..errors import ModelError
 
-AnyAxes: TypeAlias = Any  # one or several of matplotlib, in the plane or in space; None: new ones
+AnyAxes: TypeAlias = Any  # one or several axes of matplotlib, also in space; None: new axes
 Look: TypeAlias = dict[str, Any]  # what matplotlib takes as keywords
 
 ALONG = (6.4, 3.6)  # size of a picture along the contact, inches
@@ -56,7 +56,7 @@ _MEANING = re.compile(r"\(((?:1 / )?(?:force|length)(?: (?:times|per) (?:length|
 
 @singledispatch
 def picture(result: object, ax: AnyAxes) -> AnyAxes:
-    """Draw a result in the given axes, or in those of a new figure, and return the axes.
+    """Draw a result in the given axes, or in the axes of a new figure, and return the axes.
 
     Each class of results registers its own picture.
     """

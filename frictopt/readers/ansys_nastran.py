@@ -22,7 +22,7 @@ from .job import MatrixJob
 from .listing import deck_of_points
 
 _ANSYS = "ansys-mapdl-reader"
-# Types of elements that are read, by their numbers in Ansys: how many different nodes an element of
+# Number in Ansys of each type of elements that is read -> how many different nodes an element of
 # this type may have. Wedges, pyramids and tetrahedra of Ansys are bricks with nodes that coincide.
 ANSYS_SOLIDS = {
     45: (8, 6, 5, 4),
@@ -202,7 +202,7 @@ def read_nastran(
     Parameters
     ----------
     path
-        Path of the file; one that ends in `.op4` is OUTPUT4.
+        Path of the file; a file that ends in `.op4` is OUTPUT4.
     name
         Name of the matrix, such as "KAAX"; None: the only matrix of the file.
     deck
@@ -251,7 +251,7 @@ def _dmig(bulk: Any, file: Path, name: str | None) -> tuple[csr_matrix, Integers
             f"stiffness: {file.name} has no DMIG cards; write the matrix there with "
             "EXTSEOUT(DMIGPCH) or PARAM,EXTOUT,DMIGPCH, or give an OUTPUT4 file, NAME.op4"
         )
-    # pyyeti by itself loses lines that follow a comment, and large fields with commas. It needs the
+    # pyyeti by itself loses lines that follow a comment, and large fields with commas. It needs all
     # cards of a matrix together. First comes the header, the card with 0 in place of a grid point.
     found.sort(key=lambda card: (card.field(1).upper(), card.field(2) != "0"))
     headers = [card.field(1).upper() for card in found if card.field(2) == "0"]

@@ -197,7 +197,7 @@ OTHERS = {
     "CQUAD9": _Kind(4, 9, "quad", "quad9"),
     **dict.fromkeys(("CBAR", "CBEAM", "CROD"), _Kind(2, 2, "line")),
 }
-# Elements whose nodes have other places or another order, such as axisymmetric ones.
+# Elements whose nodes have other places or another order, such as axisymmetric elements.
 UNREAD = ("CQUAD", "CQUADX", "CQUADX4", "CQUADX8", "CTRAX3", "CTRAX6", "CTRIAX", "CTRIAX6")
 
 
@@ -213,7 +213,7 @@ def bulk_deck(file: Path, *, mesh_alone: bool = False) -> Deck:
     grids = [card for card in found if card.name == "GRID"]
     if not grids:
         raise ModelError(f"deck {file.name}: no GRID; give the bulk data of the job")
-    # Field 2 is the system of the coordinates, field 6 that of the displacements.
+    # Field 2 is the system of the coordinates, field 6 the system of the displacements.
     systems = (2,) if mesh_alone else (2, 6)
     _check_systems(grids, [card for card in found if card.name == "GRDSET"], systems, file)
 
@@ -256,7 +256,7 @@ def bulk_deck(file: Path, *, mesh_alone: bool = False) -> Deck:
 def _check_nodes(fields: list[int], kind: _Kind, card: Card, file: Path) -> None:
     """Check that an element has all its corners, and all of its midside nodes or none.
 
-    In Nastran, elements with only some of their midside nodes have other functions.
+    In Nastran, elements with only some of their midside nodes have other shape functions.
     """
     count = kind.nodes if any(fields[kind.corners :]) else kind.corners
     if 0 in fields[:count]:

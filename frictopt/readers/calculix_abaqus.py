@@ -35,8 +35,8 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     determines. It writes no loads: `MatrixJob.force` makes them. The incompatible modes of C3D8I,
     and the nodes of beams and shells are generalised coordinates. The stiffness of a plane job is
     divided by the thickness of its section. An axisymmetric job refers to the whole circumference:
-    its stiffness is 180 times that of the file. The contact itself must not be in the deck: each
-    body keeps its own nodes there.
+    its stiffness is 180 times the stiffness in the file. The contact itself must not be in the
+    deck: each body keeps its own nodes there.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     listed = read_deck(deck_path)
     labels = with_generalised(labels, listed)
     _check_no_plane_stress(labels, listed)
-    # The stiffness per unit depth of a plane job, or that of the whole circumference.
+    # With this factor, the stiffness is per unit depth, or of the whole circumference.
     factor = _SECTORS if listed.is_axisymmetric else 1 / listed.thickness
     return MatrixJob(factor * K, labels, listed)
 

@@ -40,7 +40,8 @@ THIN = (
     *("B2", "B3", "PIPE", "S3", "S4", "S6", "S8", "S9", "STRI", "M3D", "SFM", "F3D"),
     *("R2D", "R3D", "RAX", "RB2D", "RB3D"),
 )
-# These may lie on a face of a solid, but do not hide it. Continuum shells (SC) have a volume.
+# These elements may lie on a face of a solid, but do not hide the face. Continuum shells (SC) have
+# a volume.
 SLENDER = (*THIN, "SC")
 # These elements carry no traction.
 FACELESS = (*LINES, "vertex", "SPRING", "MASS", "ROTARYI", "DASHPOT", "DCOUP", "GAP", "CONN")
@@ -227,12 +228,12 @@ class Deck(Shown):
         return self._without({block.kind for block in self.without_faces})
 
     def without_thin(self) -> Deck:
-        """The deck without beams, shells and rigid surfaces, if it has others with faces."""
+        """The deck without beams, shells and rigid surfaces, if other elements have faces."""
         kinds = {block.kind for block in self.elements}
         return self._without({kind for kind in kinds if kind.startswith(THIN)})
 
     def _without(self, kinds: Container[str]) -> Deck:
-        """The deck without elements of some types, if it has others with faces."""
+        """The deck without elements of some types, if other elements have faces."""
         if all(block.kind in kinds for block in self._with_faces):
             return self
         others = tuple(block for block in self.elements if block.kind not in kinds)

@@ -257,7 +257,7 @@ def flat(blocks: Iterable[Block]) -> Iterator[Block]:
         else:
             parts[head.parameters.get("NAME", "")] = inside
     largest = _largest(all_blocks)
-    # The numbers of the first instance are those of its part.
+    # The first instance keeps the numbers of its part.
     step = 10 ** len(str(largest))
     element_sets = {block.parameters.get("ELSET") for block in outside}
     instances: dict[str, _Instance] = {}

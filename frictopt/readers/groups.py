@@ -49,9 +49,9 @@ _ANY_WAY = "convert it to .inp, .msh, .med, .bdf or .vtu; gmsh opens some files,
 # Cell data contain numbers of groups if their names end with one of these words.
 _NUMBERS_OF_GROUPS = ("physical", "ref", "tag", "material", "index")
 
-# Ends of the names of Exodus files, and elements that are mixed up there. Exodus lists the middle
-# nodes of the upright edges of these elements before those of the upper edges; meshio 5.3.5 expects
-# the opposite order.
+# Ends of the names of Exodus files, and elements whose nodes are mixed up there. Exodus lists the
+# middle nodes of the upright edges of these elements before the middle nodes of the upper edges;
+# meshio 5.3.5 expects the opposite order.
 _EXODUS = (".e", ".ex2", ".exo")
 _MIXED_UP_IN_EXODUS = ("hexahedron20", "hexahedron27")
 
@@ -120,14 +120,14 @@ def _meshio() -> Any:
 
 
 def _ends_last(block: Elements) -> Elements:
-    """The elements with their nodes as a deck has them: a line ends at its last node."""
+    """The elements with their nodes in the order of decks: the end of a line is its last node."""
     if block.kind != "line3":
         return block
     return block._replace(nodes=block.nodes[:, [0, 2, 1]])
 
 
 def _groups(contents: Any, starts: list[int]) -> Groups:
-    """Groups of any format other than that of gmsh: sets, families of Salome, numbered groups."""
+    """Groups of any format except gmsh: sets, families of Salome, numbered groups."""
     groups: Groups = defaultdict(list)
     for name, blocks in contents.cell_sets.items():
         for start, members in zip(starts, blocks, strict=True):
@@ -158,7 +158,7 @@ def _node_sets(contents: Any) -> dict[str, Integers]:
 
 
 def check_version(file: Path) -> None:
-    """Check that a file of gmsh is in one part, and has a version whose groups can all be read."""
+    """Check that a gmsh file has no partitions, and is in a format version with readable groups."""
     contents = file.read_bytes() if file.is_file() else b""
     version = _VERSION.match(contents)
     if version and not version[1].startswith((b"2", b"4.1")):

@@ -39,8 +39,8 @@ class MatrixJob(LabelledMatrix):
     Parameters
     ----------
     K
-        (n, n) stiffness, symmetric and sparse. It has no rows of displacements that the job holds
-        or that follow other displacements.
+        (n, n) stiffness, symmetric and sparse. K has no rows of displacements that the job holds or
+        that follow other displacements.
     labels
         (n, 2) number of the node and direction of each unknown; the directions 1, 2 and 3 are
         displacements. Any other direction, or a number that is not positive, marks a generalised
@@ -209,8 +209,8 @@ class MatrixJob(LabelledMatrix):
     def areas(self, face: str | ArrayLike) -> Array:
         """(N,) area (in the plane, length) of each corner node on a face, for `condense(width=)`.
 
-        It is the node's part of the area of the facets through the corner nodes, because contact
-        faces are linear between corner nodes.
+        The area is the node's part of the area of the facets through the corner nodes, because
+        contact faces are linear between corner nodes.
 
         Parameters
         ----------
@@ -370,8 +370,8 @@ class MatrixJob(LabelledMatrix):
     def _integrals(self, nodes: Integers) -> Array:
         """(nodes, d + 1) integrals of each node's shape function over the outline between nodes.
 
-        The first d are integrals of the function times the outward normal; the last is the integral
-        of the function alone.
+        The first d columns are integrals of the function times the outward normal; the last column
+        is the integral of the function alone.
         """
         facets = self._between(nodes)
         mesh, origin = self._whole

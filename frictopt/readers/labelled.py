@@ -102,7 +102,7 @@ class LabelledMatrix(Shown):
     def points(self) -> NumberedPoints:
         """(nodes, d) coordinates of the nodes of the deck; d = 2 for a plane job.
 
-        They also have the numbers of the nodes, for `condense`.
+        The array also carries the numbers of the nodes, for `condense`.
         """
         points = frozen(self._known.points[:, : self._directions]).view(NumberedPoints)
         points.numbers = self._known.numbers
@@ -112,9 +112,10 @@ class LabelledMatrix(Shown):
     def unknowns(self) -> Integers:
         """(nodes, d) row of K of each displacement of each node.
 
-        It is -1 if `*BOUNDARY` holds the displacement, and -2 if K does not have it because it
-        follows other displacements. If the deck does not list held displacements, all displacements
-        that are not in K are -2. Their nodes cannot be in a contact until you set -1.
+        The row is -1 if `*BOUNDARY` holds the displacement, and -2 if K lacks the displacement
+        because it follows others. If the deck does not list held displacements, the row of every
+        displacement that K lacks is -2. Nodes with such a displacement cannot be in a contact until
+        you set the rows of held displacements to -1.
 
         Raises
         ------
@@ -127,7 +128,7 @@ class LabelledMatrix(Shown):
     def generalised(self) -> Integers:
         """(m,) rows of K that are not displacements of nodes; `condense` eliminates them.
 
-        They are rotations, modal unknowns and scalar points.
+        These rows are rotations, modal unknowns and scalar points.
         """
         return np.flatnonzero(~displaced(self.labels))
 
@@ -149,7 +150,7 @@ class LabelledMatrix(Shown):
         """scikit-fem mesh through the corners of the elements of the deck.
 
         Its nodes are in the order of `points`; see `Deck.by_shape` for the errors. Elements whose
-        faces are not known are left out, if there are others.
+        faces are not known are left out, if there are other elements.
         """
         return mesh_of(self._shaped, self._directions)
 

@@ -48,7 +48,7 @@ def deck_of_points(
     element_sets: Mapping[str, Sequence[int]] = MappingProxyType({}),
     held: Iterable[Sequence[int]] = (),
 ) -> Deck:
-    """A deck of nodes, and perhaps of elements, sets of both and held displacements.
+    """A deck of nodes, which may also have elements, sets of both, and held displacements.
 
     `points` maps the number of a node to its coordinates, (2,) or (3,). `elements` maps a type of
     elements to the number and nodes of each element. `held` lists node and direction, from 1, of

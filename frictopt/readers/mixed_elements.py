@@ -53,7 +53,7 @@ def mesh_through_corners(parts: Sequence[Elements], points: Array) -> Mesh:
     """Mesh through the corners of elements of any shapes, its nodes in the order of the points.
 
     If all elements have one shape apart from midside nodes, such as linear and quadratic hexahedra,
-    it is a mesh of that shape.
+    the result is a mesh of this shape.
     """
     shapes = {corner_shape(part.kind) for part in parts}
     kind = MeshMixedPlane if points.shape[1] == 2 else MeshMixed
@@ -205,10 +205,10 @@ def _functions(shape: str, w: Array) -> Array:
 
 
 def _wedge_functions(w: Array) -> Array:
-    """(n, 15) functions of the quadratic wedge, from those of the linear wedge (n, 6).
+    """(n, 15) functions of the quadratic wedge, from the functions (n, 6) of the linear wedge.
 
-    They are the functions of C3D15: quadratic in the triangle times linear along the height, and
-    linear in the triangle times the bubble along the height.
+    The wedge is C3D15. Its functions are quadratic in the triangle times linear along the height,
+    and linear in the triangle times the bubble along the height.
     """
     across = w[:, :3] + w[:, 3:]
     up = w[:, 3:].sum(axis=1)

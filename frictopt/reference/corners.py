@@ -70,7 +70,7 @@ class CornerMode:
 
     @property
     def traction_ratio(self) -> float:
-        """Signed `q / p` on the interface at the left corner; the sign at the right corner differs.
+        """Signed `q / p` on the interface at the left corner; at the right corner its sign changes.
 
         `q` is the force of the block on the punch along +x, `p` the pressure. The ratio is the same
         at every distance. If only the symmetric mode is present (bodies pressed together), the
@@ -156,7 +156,7 @@ def sliding_corner_exponent(f: float) -> float:
     Raises
     ------
     ModelError
-        f not real and finite, negative, or so large that no mode lies in (0, 1).
+        f not real and finite, negative, or so large that no exponent l lies in (0, 1).
 
     Notes
     -----

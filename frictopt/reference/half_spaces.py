@@ -18,10 +18,10 @@ from .hertz import poisson_ratio
 def half_plane_influence(nodes: int, E_star: float) -> Array:
     """Relative surface displacement of each of N equal cells per force on each cell.
 
-    It is the same for shear and for pressure. Opposite forces F per depth on the surfaces of both
-    half-planes move these apart at the distance y by `-2 F / (pi E_star) log|y|` (line load,
-    Johnson 1985, see `half_plane_contact`), up to a rigid motion of the half-planes. Force is
-    spread evenly over a cell and displacement is the mean over a cell::
+    The displacement is the same for shear and for pressure. Opposite forces F per depth on the
+    surfaces of both half-planes move these apart at the distance y by `-2 F / (pi E_star) log|y|`
+    (line load, Johnson 1985, see `half_plane_contact`), up to a rigid motion of the half-planes.
+    Force is spread evenly over a cell and displacement is the mean over a cell::
 
         G_ij = -2 / (pi E_star) (L(y + h) - 2 L(y) + L(y - h)) / h^2,    y = x_i - x_j,    L(y) =
         y^2 log|y| / 2 - 3 y^2 / 4
@@ -74,11 +74,12 @@ def half_plane_contact(
     """Contact of two half-planes, of one material or of two, as a contact system.
 
     Body 2 is flat. Body 1 is a cylinder of radius R with the initial gap `x^2 / (2 R)`. Without R
-    it touches body 2 along the whole interface and nowhere else. Both deform like half-planes;
-    under P alone, their pressure is the pressure of a rigid flat punch. Without `beta`, shear and
-    pressure are uncoupled (`B = 0`) and have the same stiffness, `A = C`. This is exact for similar
-    materials, for example for two equal ones. With `beta`, a shear force on a cell moves the
-    surfaces apart by `beta / E_star` on one side of the cell, and together on the other side.
+    it touches body 2 along the whole interface and nowhere else. Both bodies deform like
+    half-planes. So without R, the pressure under P alone is the pressure of a rigid flat punch.
+    Without `beta`, shear and pressure are uncoupled (`B = 0`) and have the same stiffness, `A = C`.
+    This is exact for similar materials, for example for two equal materials. With `beta`, a shear
+    force on a cell moves the surfaces apart by `beta / E_star` on one side of the cell, and
+    together on the other side.
 
     The bodies are free to translate against each other (and do not rotate). Let G be the influence
     matrix, see `half_plane_influence`, and c an unknown translation. Then `u = G r + c`, and the
@@ -152,7 +153,7 @@ def half_plane_contact(
 def _of_two_materials(G: Array, coupling: float) -> dict[str, Any]:
     """Stiffness and bonded reactions of `half_plane_contact`, if shear opens and closes gaps.
 
-    `coupling` is the gap beside a unit shear force. It is negative on the other side of the force.
+    A unit shear force opens the gap `coupling` on one side of it, and `-coupling` on the other.
     """
     nodes = len(G)
     side = np.sign(np.subtract.outer(np.arange(nodes), np.arange(nodes)))
@@ -255,7 +256,7 @@ def half_space_contact(
 def influence(x: Array, y: Array, half: float) -> tuple[Array, Array, Array, Array]:
     """Integrals of 1/r, x^2/r^3, y^2/r^3 and x y/r^3 over a square cell around the origin.
 
-    r is the distance from (x, y), `half` half of the side of the cell.
+    r is the distance from (x, y), and `half` is half the side of the cell.
     """
     integrals = np.zeros((3, *x.shape))
     # The antiderivatives at the corners of the cell, with alternating signs.

@@ -65,7 +65,7 @@ class LineContact(_Round):
 
     The shear force starts from zero. Materials are similar: shear does not change the pressure (`B
     = 0`), as for two equal materials. Methods take a shear force Q: the resultant, along +x, of the
-    tractions q of the half-plane on the cylinder. It must be less than `f P` in size, because the
+    tractions q of the half-plane on the cylinder. Q must be less than `f P` in size, because the
     cylinder slides at `f P`.
 
     Parameters
@@ -127,13 +127,13 @@ class LineContact(_Round):
         return self.half_width * sqrt(1 - self._share("Q", Q))
 
     def pressure(self, x: ArrayLike) -> Array:
-        """Pressure at distance x from the middle, any shape; stress, zero outside the contact."""
+        """Pressure, stress, at distance x (any shape) from the middle; zero beyond the contact."""
         return self.peak_pressure * _ellipse(finite_array("x", x), self.half_width)
 
     def shear(self, x: ArrayLike, Q: float) -> Array:
-        """Shear traction q at x, length, any shape, when the shear force first reaches Q, stress.
+        """Shear traction q, stress, at x (length, any shape) when the shear force first reaches Q.
 
-        It is f p minus the same expression for a contact of half-width c.
+        It is f p, minus f times the pressure in a contact of half-width c.
         """
         a = self.half_width
         c = self.stick_half_width(Q)
@@ -144,8 +144,8 @@ class LineContact(_Round):
     def dissipation(self, Q0: float) -> float:
         """Work of friction in one cycle of the shear force between `-Q0` and `Q0`.
 
-        Its unit is force per depth times length. It is the integral of friction times slip over
-        both slipping edges. With `z = |Q0| / (f P)`::
+        The work, in force per depth times length, is the integral of friction times slip over both
+        slipping edges. With `z = |Q0| / (f P)`::
 
             W = 4 f^2 P^2 / (pi E_star) (z - z^2 / 2 + (1 - z) log(1 - z))
         """
@@ -153,7 +153,7 @@ class LineContact(_Round):
         return unit * _work(1.0, self._share("Q0", Q0))
 
     def worn_depth(self, x: ArrayLike, Q0: float) -> Array:
-        """Depth worn off in the end at x, length, any shape.
+        """Depth worn off in the end, length, at x (length, any shape).
 
         Shear between `-Q0` and `Q0` wears the cylinder. The stick zone does not wear, and in the
         end it carries the whole force. With `c = a sqrt(1 - |Q0| / (f P))` (Ciavarella 1998, Popov

@@ -16,7 +16,7 @@ from ..fem.model import ContactModel
 
 # Elements along the contact: with this number the dense S of a plane contact takes 3 GB.
 _ELEMENTS = 10_000
-# Nodes of all meshes: twenty times those of the paper's scene.
+# Nodes of all meshes: twenty times as many as in the paper's scene.
 _NODES = 1_000_000
 # The largest length divided by the smallest length.
 _LENGTH_RATIO = 1e6

@@ -201,9 +201,9 @@ class PinInPlate(Scene):
     def _grids(self) -> Sequence[Sequence[Array]]:
         """Grids of the square in the pin, of the pin around it and of the plate.
 
-        The coordinates of the first grid are x and y. Those of the others are shares of the way
-        along a ray, and positions on the ring. The rays lead from the square to the ring, and from
-        the ring to the edge of the plate.
+        The coordinates of the first grid are x and y. The coordinates of the other grids are shares
+        of the way along a ray, and positions on the ring. The rays lead from the square to the
+        ring, and from the ring to the edge of the plate.
         """
         angles = np.linspace(-np.pi / 4, np.pi / 4, self.elements // 4 + 1)
         line = _CORE * self.radius * np.tan(angles)

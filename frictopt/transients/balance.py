@@ -2,7 +2,8 @@
 
 The functions here list the rows of forces [q, p] that obey the contact law. Three questions use
 these rows. What is the largest load that such forces balance (`limits/balance/statics.py`)? Can
-such forces balance each other without a load? In which motion can they not balance a load?
+such forces balance each other without a load? In which rigid motion do such forces fail to balance
+a load?
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ BALANCED = 1e-6
 
 
 def force_rows(law: ContactLaw, shear_unit: Array, node_unit: Array, axes: int) -> list[Rows]:
-    """The rows of the contact law on forces [q, p] (M,), the first quantities of the program."""
+    """The rows of the contact law on forces [q, p] (M,), which come first in the program."""
     n = len(node_unit)
     # A friction bound in proportion to the pressure already excludes negative pressures.
     pressed = np.zeros(n, dtype=bool)
@@ -71,10 +72,10 @@ def distance_row(V: Array, load: Array, size: float) -> Rows:
 
 
 class Nearest(NamedTuple):
-    """Forces [q, p] (M,) whose works in some motions are closest to those of a load.
+    """Forces [q, p] (M,) whose works in some motions are closest to the works of a load.
 
-    `motion` (M,) proves that no forces are closer. Its size is 1, or 0 if the distance is 0.
-    `residual` is the error of this proof.
+    `motion` (M,) proves that no forces are closer. The size of this motion is 1, or 0 if the
+    distance is 0. `residual` is the error of this proof.
     """
 
     forces: Array
@@ -84,7 +85,7 @@ class Nearest(NamedTuple):
 
 
 def nearest(rows: list[Rows], V: Array, load: Array, tolerance: float = RESIDUAL) -> Nearest:
-    """Forces that obey the rows, with works in the motions V (M, k) closest to those of a load.
+    """Forces that obey the rows, with works in the motions V (M, k) closest to a load's works.
 
     The load is (M,). The unit of the distance is the largest force of the load, or 1 if this force
     is 0. SolverError if the solver finds no answer.
@@ -111,8 +112,8 @@ def nearest(rows: list[Rows], V: Array, load: Array, tolerance: float = RESIDUAL
 def self_stress(system: ContactSystem, friction: Array, N: Array) -> Array | None:
     """Contact forces (t + 1, N) within friction that balance each other; None if there are none.
 
-    They do no work in the rigid motions N, and their pressures add up to 1. SolverError if the
-    solver does not decide.
+    The forces do no work in the rigid motions N, and their pressures add up to 1. SolverError if
+    the solver does not decide.
     """
     n, axes = system.nodes, system.tangents
     ones = np.ones(n)

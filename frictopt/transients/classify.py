@@ -16,8 +16,8 @@ from .transient import FollowedCycle, Transient
 # Largest pressure of a node, relative to the mean pressure, that may be no more than the error of
 # an answer. The work of a slip is not measured by such a pressure.
 _SMALL_PRESSURE = 100 * RESIDUAL
-# Accepted excess of a shear force over the friction bound of a safe slip, in force scales. It
-# is a part of the residual.
+# Accepted excess of a shear force over its friction bound at a safe slip, in force scales. The
+# excess is a part of the residual.
 _EXCESS = RESIDUAL / 10
 
 
@@ -106,12 +106,12 @@ def _comes_back(
 def _slips(path: Transient, cycle: FollowedCycle, earlier: FollowedCycle | None) -> bool | None:
     """Whether some node slips in a cycle that comes back; None if its work does not decide.
 
-    A slip of 1e-9 slip scales of the mean load is negligible. Its work is computed with the node's
-    own pressure, or with the mean pressure if its own is too small. Work above that of 1e-9 slip
-    scales of the largest corner force is certainly slip. Work between these two limits is slip if
-    it is the same in two cycles and exceeds rounding. If all nodes stay closed and have friction,
-    negligible work does not prove rest, because it may be decaying: then only a safe slip proves
-    rest.
+    A slip of 1e-9 slip scales of the mean load is negligible. Its work is computed with the
+    pressure of the node, or with the mean pressure if the pressure of the node is too small. Work
+    above the work of a slip of 1e-9 slip scales of the largest corner force certainly shows slip.
+    Work between these two limits shows slip if it is the same in two cycles and exceeds rounding.
+    If all nodes stay closed and have friction, negligible work does not prove rest, because it may
+    be decaying: then only a safe slip proves rest.
     """
     work = cycle.work
     if not work.any():
@@ -168,11 +168,11 @@ def bend(last: Sequence[FollowedCycle]) -> Array:
 def work_error(path: Transient, cycles: Sequence[FollowedCycle], later_changes: float) -> float:
     """Estimated relative distance of the last cycle's work from its limit; inf if unknown.
 
-    The smaller of two estimates is returned. The first follows from the change of the state: the
-    sum of all later changes is `later_changes` times the last change, and forces times this sum
-    bound the change of work. It is used only if the state is at its limit up to rounding. The
-    second follows from the works of the last cycles. If the differences of these works do not
-    decrease, they are rounding.
+    The smaller of two estimates is returned. The first estimate follows from the change of the
+    state: the sum of all later changes is `later_changes` times the last change, and forces times
+    this sum bound the change of work. This estimate is used only if the state is at its limit up to
+    rounding. The second estimate follows from the works of the last cycles. If the differences of
+    these works do not decrease, they are rounding.
     """
     last = cycles[-1]
     works = [float(cycle.work.sum()) for cycle in cycles[-4:]]

@@ -12,7 +12,8 @@ from ..base import Array, worst
 
 # Number of planes that are tried first. They are about 5 degrees apart.
 _PLANES = 800
-# Number of the best planes that are refined: the single best one may be at a lower peak.
+# Number of the best planes that are refined: the best plane alone may lie at a lower peak of the
+# parameter.
 _BEST = 20
 # Size of the first steps about each of these planes, degrees.
 _STEP = 5.0
@@ -96,8 +97,8 @@ def parameter_on(
     distance between two states, which is exact for loads in phase.
 
     - SWT: largest normal stress on the plane times the amplitude of its normal strain.
-    - Findley: shear amplitude plus `weight` times the largest normal stress. Matake: the same, on
-      the planes of the largest shear amplitude.
+    - Findley: shear amplitude plus `weight` times the largest normal stress. Matake: the same sum,
+      on the planes of the largest shear amplitude.
     - Fatemi_Socie: amplitude of the shear angle times 1 plus `weight` times the largest normal
       stress.
     - Crossland, which has no plane: amplitude of the root of J2 plus `weight` times the largest
@@ -217,7 +218,7 @@ class Ball(NamedTuple):
 
 
 def furthest(values: Array) -> Array:
-    """(..., k) difference of the two vectors that are furthest apart, of M vectors (M, ..., k).
+    """(..., k) difference of the two vectors that are furthest apart among M vectors (M, ..., k).
 
     Vectors with NaN do not count. The difference is 0 if no vectors are left.
     """
@@ -246,15 +247,15 @@ def _shear(tensors: Array, normals: Array) -> Array:
 
 
 def _amplitude(vectors: Array) -> Array:
-    """Half the largest distance of two of M vectors, (M, ..., k)."""
+    """Half the largest distance between two of M vectors, (M, ..., k)."""
     return np.asarray(np.linalg.norm(furthest(vectors), axis=-1) / 2)
 
 
 def _critical_plane(value: Callable[[Array], Array]) -> Array:
     """(P, 1, 3) normals with the largest `value`, a function of normals (..., planes, 3).
 
-    The search begins at evenly spread points of the half-sphere. It continues from the best of
-    them, with ever finer grids about each.
+    The search begins at evenly spread points of the half-sphere. The search continues from the best
+    of these points, with ever finer grids about each.
     """
     best = half_sphere(_PLANES)
     best = best[np.argsort(value(best))[..., -_BEST:]]

@@ -6,9 +6,9 @@ steps:
 1. `classify.py` checks the last cycles. They prove a steady state if the contact is at rest, if its
    slip repeats, or if its slip drifts by the same amount in each cycle. Slip counts as repeated
    only once its work repeats too.
-2. If they prove none, `extrapolation.py` computes the limit of the cycles. If the transient is
-   proven to approach this limit, it continues from the limit, and `classify.py` checks the cycle
-   that starts there.
+2. If the last cycles prove none, `extrapolation.py` computes the limit of the cycles. If the
+   transient is proven to approach this limit, it continues from the limit, and `classify.py` checks
+   the cycle that starts there.
 3. If two cycles together change the state much less than one cycle does, two load cycles are one
    return from now on. If no cycles are left, or more cycles cannot help, NoContinuation is raised.
 

@@ -1,12 +1,12 @@
 """The limit of the last cycles of a transient, and the proof that the transient approaches it.
 
 The load cycle maps the slips at its beginning to the slips at its end. A fixed point of this map is
-extrapolated from the last cycles (`fixed_point`). It need not be the limit of the transient: other
-events may follow. Two kinds of proof exclude such events.
+extrapolated from the last cycles (`fixed_point`). This fixed point need not be the limit of the
+transient: other events may follow. Two kinds of proof exclude such events.
 
 - `AffineLimit`, on the exact path. As long as the events are the same, the map is affine. All later
   states are weighted means of a few states, which `extrapolate` computes. One cycle from each of
-  them shows whether the map is still affine there.
+  these few states shows whether the map is still affine there.
 - `CurvedLimit`, in increments. The directions of slip change, so the map is nonlinear, and
   extrapolation is repeated. One cycle from the last state, and from two states between it and the
   fixed point, must come closer to the fixed point. A later extrapolation must give nearly the same
@@ -37,7 +37,7 @@ Moves: TypeAlias = list[tuple[Array, Array]]
 # Least number of cycles with the same events before the first extrapolation.
 _LEAST_CYCLES = 4
 # Accepted deviation of a state from the linear map fitted to all states, relative to its distance
-# from the limit. It exceeds rounding, because the fit divides by small differences.
+# from the limit. This deviation exceeds rounding, because the fit divides by small differences.
 _FIT = 1e3 * RESIDUAL
 # Accepted deviation of a cycle from the affine map, relative to the change of the state. Other
 # events would cause a larger deviation.
@@ -49,10 +49,10 @@ _NEAR = 100 * PERIODIC
 _FAR = 1e-2
 # Ratio by which the change must fall from one extrapolation to the next.
 _GAIN = 4.0
-# The number of extrapolations within which the change must fall is one, plus one for each time that
-# the transient has followed this number of load cycles.
+# The change must fall within a number of extrapolations: one, plus one for each such number of load
+# cycles that the transient has followed.
 _CYCLES_PER_TURN = 60
-# Largest value of that number of extrapolations.
+# Largest number of extrapolations within which the change must fall.
 _MOST_TURNS = 6
 # Positions of the tested states between the fixed point (0) and the last state (1).
 _SHARES = (0.5, 0.1)
@@ -260,8 +260,8 @@ def extrapolate(last: Sequence[FollowedCycle]) -> Iterator[tuple[Array, Moves]]:
 
     All later states are weighted means of the limit, of the last state, and of the states at the
     tested distances. The same distances, scaled to be close to the limit, are tested first. The
-    first result uses all these cycles. Later results use fewer of them, because the first cycles
-    may have another map, if they have the same events in another order.
+    first result uses all these cycles. Later results use fewer of these cycles, because the first
+    cycles may have another map, if they have the same events in another order.
     """
     latest = list(takewhile(lambda cycle: cycle.events == last[-1].events, reversed(last)))
     for count in range(len(latest), _LEAST_CYCLES - 1, -2):
@@ -286,9 +286,9 @@ def limit_of(iterates: Array) -> tuple[Array, Moves] | None:
     from reduced-rank extrapolation.
 
     The k-th later distance from the limit is `sum of rate_i^k mode_i` with 1 > rate_1 > ... >
-    rate_m >= 0. It is `rate_m^k` times the last distance, plus `rate_i^k - rate_(i + 1)^k` times
-    the sum of the first i modes, for all i < m. The states are these sums. No factor is negative,
-    and all factors add up to `rate_1^k`, which is below 1.
+    rate_m >= 0. This distance is `rate_m^k` times the last distance, plus `rate_i^k - rate_(i +
+    1)^k` times the sum of the first i modes, for all i < m. The states are these sums. No factor is
+    negative, and all factors add up to `rate_1^k`, which is below 1.
 
     Returns None if no single linear map fits all distances, or if they do not decay monotonically:
     a rate is complex, negative or not below 1.

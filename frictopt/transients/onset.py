@@ -112,8 +112,8 @@ class OnsetEvent(Kept):
     corner, loads
         Number of the corner, from 0, and its loads as `LoadCycle.corner_names` writes them.
     event, load_factor
-        The event: "slip", "separation", or "touch" if an open node touches. Its load factor is inf
-        if it never happens, and 0 if it happens under the mean load.
+        The event: "slip", "separation", or "touch" if an open node touches. The load factor is inf
+        if the event never happens, and 0 if it happens under the mean load.
     node
         Index of the node; the lowest index if several events are simultaneous; None if the event
         never happens.
@@ -162,12 +162,13 @@ class Onset(Kept, Plotted):
         of the K corners.
     mean_slips, mean_opens
         Indices of the nodes at which the mean load, alone or with the fixed loads of some corner,
-        exceeds the friction bound; and of the nodes at which it pulls. If there are any, the bonded
-        contact cannot carry the mean load, and the onset is undefined unless there is a `state`.
+        exceeds the friction bound (`mean_slips`), and at which it pulls (`mean_opens`). If there
+        are any, the bonded contact cannot carry the mean load, and the onset is undefined unless
+        there is a `state`.
     residual
         Largest violation of the contact law at the first event under each corner, in units of the
-        largest nodal force there. It exceeds rounding only if the bonded contact violates the law
-        under the mean load.
+        largest nodal force there. This residual exceeds rounding only if the bonded contact
+        violates the law under the mean load.
     system, cycle
         The contact and its load cycle.
     friction
@@ -201,12 +202,12 @@ class Onset(Kept, Plotted):
 
     @property
     def slip(self) -> OnsetEvent:
-        """First slip under any corner; of several simultaneous slips, that of the first corner."""
+        """First slip under any corner; of simultaneous slips, the slip under the first corner."""
         return _earliest(self.slips)
 
     @property
     def separation(self) -> OnsetEvent:
-        """First separation under any corner; of several at once, that of the first corner."""
+        """First separation under any corner; of several at once, the first corner's."""
         return _earliest(self.separations)
 
     @property
@@ -243,7 +244,7 @@ class Onset(Kept, Plotted):
     def reactions(self) -> tuple[Array, Array]:
         """(K, N) reactions `q, p` at the first slip towards each corner; in space q is (K, N, 2).
 
-        They are NaN if no node slips towards the corner.
+        Both are NaN if no node slips towards the corner.
         """
         factor = np.array([event.load_factor for event in self.slips])
         factor[[event.node is None for event in self.slips]] = np.nan
@@ -403,7 +404,7 @@ def _slip(approach: _Approach) -> OnsetEvent:
     in_plane = system.tangents == 1
     q, p, _ = approach.start
     q_rate, p_rate, _ = approach.rate
-    # In the plane a row for slip along +x, and one for slip against it.
+    # In the plane a row for slip along +x, and a row for slip against +x.
     factors = np.full((2 if in_plane else 1, system.nodes), np.inf)
     for term in contact_law(system, approach.friction).terms:
         nodes = term.nodes
@@ -467,6 +468,6 @@ def _least(factors: Array) -> tuple[float, int | None]:
 
 
 def _earliest(events: tuple[OnsetEvent, ...]) -> OnsetEvent:
-    """The first event; of several at once, that of the first corner."""
+    """The first event; of several at once, the event of the first corner."""
     first = min(event.load_factor for event in events)
     return next(event for event in events if event.load_factor <= first * (1 + SIMULTANEOUS))

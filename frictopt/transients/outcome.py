@@ -69,13 +69,14 @@ class SteadyState(Recorded, Plotted):
     step_error
         0 for the exact path. In increments, the estimated relative error of the dissipation due to
         the size of the increments: twice the change in finer increments, plus a share of the
-        uncertain work within the increments. It is inf if finer increments have no answer, or if
-        the contact sticks but may slip in finer increments. It is no bound. In random contacts of 1
-        to 5 nodes, with 1 to 4 increments, the median of the estimates was 2.2 times the true
-        error. At load factors at least 5 % above the limit, none of 114 estimates was too small
-        (the smallest was 1.2 times the true error). Within 2 % of the limit, 1 of 183 estimates was
-        too small (0.6 times the true error). In bolted joints, where many nodes slip only in the
-        first cycles, it was 3 to 35 times the true error. NaN: not estimated, see `report`.
+        uncertain work within the increments. The estimate is inf if finer increments have no
+        answer, or if the contact sticks but may slip in finer increments. It is no bound. In random
+        contacts of 1 to 5 nodes, with 1 to 4 increments, the median of the estimates was 2.2 times
+        the true error. At load factors at least 5 % above the limit, none of 114 estimates was too
+        small (the smallest was 1.2 times the true error). Within 2 % of the limit, 1 of 183
+        estimates was too small (0.6 times the true error). In bolted joints, where many nodes slip
+        only in the first cycles, the estimate was 3 to 35 times the true error. NaN: not estimated,
+        see `report`.
     period
         Number of load cycles after which the state, or its drift, repeats: 1 or 2.
     system, cycle, friction, load_factor
@@ -102,7 +103,7 @@ class SteadyState(Recorded, Plotted):
     record
         How the state was found. Its `residual`, at most 1e-9, is the largest of three errors: the
         violation of the contact law at the corners or increments of the proving cycle; the change
-        of slip over that cycle; and, on the exact path, the error of the energy balance of any
+        of slip over this cycle; and, on the exact path, the error of the energy balance of any
         cycle, relative to the largest energy in it. Forces are in units of the largest nodal force
         of the load cycle, slips in units of that force divided by the stiffness scale.
     extrapolated
@@ -225,7 +226,8 @@ class SteadyState(Recorded, Plotted):
         )
         work = self.period * self.dissipation_per_node
         check_return(path, self.load_factor, self.outcome, work, self.work_error)
-        # The path has no amplitudes at its start: they are the amplitudes of the last corner.
+        # The path does not know the amplitudes at its start, which are the amplitudes of the last
+        # corner.
         last = self.cycle.at(self.load_factor)[-1]
         start = {case: last.get(case, 0.0) for case in self.system.bonded}
         amplitudes = amplitudes_at(self.system, self.cycle, self.load_factor, path.time, start)
@@ -271,7 +273,7 @@ class SteadyState(Recorded, Plotted):
               the largest Q that a flat face can carry.
 
             The rows of ties follow, with 0 nodes and without area and fP. P is the sum of the
-            forces on body 1 along the normals, Q the size of the resultant of the rest, and the
+            forces on body 1 along the normals, Q the size of the resultant of what remains, and the
             columns M_0, M_1 .. have the size of the moment about the middle of the tied area.
 
             `attrs["corners"]` has the names of the corners; `attrs["note"]` says whether the shares
@@ -302,7 +304,7 @@ class SteadyState(Recorded, Plotted):
 
         Columns are bolt, its load case; force, the force of its `BoltPreload`; tension_mean, the
         middle of the range of its tension; and tension_amplitude, half of the range, for the
-        fatigue of the bolt. In increments, it is the range over the ends of the increments.
+        fatigue of the bolt. In increments, the range is taken over the ends of the increments.
 
         Raises
         ------
@@ -359,9 +361,9 @@ class SteadyState(Recorded, Plotted):
               (without a width F1_force, with the nodal force);
             - F2 and SWT, with stress and strain: Ruiz's second parameter, largest tensile stress
               times F1; and the parameter of Smith, Watson and Topper, largest tensile stress times
-              half the range of the strain. Both refer to the plane normal to the tangent, in space
-              normal to the largest slip. So in space SWT is NaN at nodes that do not slip, unless
-              `fields` are given;
+              half the range of the strain. Both are computed on the plane normal to the tangent, in
+              space on the plane normal to the largest slip. So in space SWT is NaN at nodes that do
+              not slip, unless `fields` are given;
             - SWT, Findley, Fatemi_Socie and Crossland, with fields: the first three on the critical
               plane of each, in any direction. Planes are searched in steps down to 0.001 degrees.
               SWT may be too low by a relative 1e-4 if its maximum is at a kink;
@@ -429,7 +431,7 @@ class SteadyState(Recorded, Plotted):
 
 # Check that the states of one period of a steady state come back, with the same work.
 
-# A cycle from a steady state may differ from it by this factor times the accepted errors.
+# A cycle from a steady state may differ from this state by so many times the accepted errors.
 _ACCEPTED = 10
 
 

@@ -28,24 +28,24 @@ from ..contact.diagnosis import counted, names_of_several, open_nodes, settled
 from ..errors import NoContinuation, SolverError
 
 # A motion is found if the square of its size exceeds this number. The program returns a motion of
-# size 1, or 0 if there is none with negative work.
+# size 1, or of size 0 if no motion has negative work.
 _PROVEN_MOTION = 0.5
 # A motion is a slide, not a turn, if the size of its mean slip is at least this share of the mean
 # size of its slips.
 _EVEN = 0.5
 
 
-# Digests of the pairs of friction and load for which contact forces balance the load. They are
-# kept, because a report follows many transients under the same loads, and each proof takes as long
-# as many increments.
+# Digests of the pairs of friction and load for which contact forces balance the load. The digests
+# are kept, because a report follows many transients under the same loads, and each proof takes as
+# long as many increments.
 _BALANCED: WeakKeyDictionary[ContactSystem, set[bytes]] = WeakKeyDictionary()
 
 
 def nodal_motions(V: Array) -> Array:
     """(M, k) a basis of the motions V (M, k) in which each motion has an entry of its own.
 
-    This entry is 1 in its motion and 0 in all others. The k entries are chosen by pivoting, so that
-    no other entry is large.
+    This entry is 1 in its motion and 0 in all other motions. The k entries are chosen by pivoting,
+    so that no other entry is large.
     """
     from scipy.linalg import qr
 
@@ -110,8 +110,9 @@ class Statics:
         """A sentence on a load that makes bodies slide without opening; None if no slide is found.
 
         `forces` (M,) are the reactions to the load if nothing slips any more. Their pressures are
-        taken as given, because statics does not know self-stress, such as that of a press fit.
-        Slip may change the pressures, so this is a proof only if no state is found by other means.
+        taken as given, because statics does not know self-stress, such as the pressures of a press
+        fit. Slip may change the pressures, so this is a proof only if no state is found by other
+        means.
         """
         n = self._system.nodes
         # The motions that do not open the contact.
@@ -318,8 +319,8 @@ def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: PerNo
 def unscaled_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: PerNode) -> str:
     """The diagnosis of all loads that the load factor does not scale.
 
-    It is the diagnosis of the mean load together with a `fixed` part: the first part with which the
-    load is not safe if nothing slips.
+    These are the mean load and the `fixed` part of each corner. The diagnosis is for the mean load
+    with the first `fixed` part that is not safe if nothing slips.
     """
     if checked_cycle(cycle).fixed is None:
         return mean_load_diagnosis(system, cycle, friction)

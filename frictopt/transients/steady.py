@@ -89,7 +89,8 @@ def steady_state(
     each period. Shakedown needs a slip that is safe at every corner. If nodes lift off or have no
     friction, a periodic state with negligible work of friction also counts as shakedown. The work
     of a node is negligible if it is at most the work of a slip of 1e-9 slip scales under the node's
-    largest pressure. Theory, eq. (14).
+    largest pressure. A slip scale is the slip that the largest nodal force of the loads causes.
+    Theory, eq. (14).
 
     Parameters
     ----------
@@ -109,10 +110,11 @@ def steady_state(
     steps
         Number of increments from corner to corner; finer increments give `step_error`. For a large
         contact in space, begin with 2, and double the number until `step_error` is small enough.
-        None: the exact path in the plane, 20 in space.
+        None: the exact path in the plane, 20 increments in space.
     progress
-        Whether to show the progress after two seconds. Ctrl-C raises KeyboardInterrupt. Its
-        attribute `work`, (cycles,), has the work of each cycle so far, as for NoContinuation.
+        Whether to show the progress after two seconds. Ctrl-C raises KeyboardInterrupt. The
+        attribute `work` of this error, (cycles,), has the work of each cycle so far; NoContinuation
+        has this attribute, too.
 
     Returns
     -------
@@ -185,7 +187,8 @@ def steady_state(
 def settled_from(path: Transient, step_error: float) -> SteadyState:
     """The steady state of a transient that has begun; in increments with a given `step_error`.
 
-    This error is given, because its estimate takes more than half of the time of a steady state.
+    The step error is given, because its estimate takes more than half of the time that a steady
+    state takes.
     """
     run = Run(path, MOST_CYCLES)
     with progress_bar(True, "steady state", "cycle") as bar:

@@ -220,14 +220,14 @@ def doubts(system: ContactSystem, friction: Array, u: Array, r: Array) -> Doubts
     """Possible errors of work and slip within the increments between T states (T, M).
 
     `lacking` is the work of friction, the mean bound times the path of slip, minus the work that
-    the reactions do against the slip. It is positive if a node is below its bound for a part of the
-    increment. `change` is the change of the bound times the path of slip.
+    the reactions do against the slip. `lacking` is positive if a node is below its bound for a part
+    of the increment. `change` is the change of the bound times the path of slip.
 
     `missed` is the work of friction of a node before it opens within an increment. `late` is the
     distance between the point where a node lands and the point where the increment makes it stick.
-    The states contain neither. Both are computed for each node by itself, under a load that changes
-    linearly from the closed end to the open end. In the plane this is exact for a node that is not
-    coupled to other nodes.
+    The states contain neither. `missed` and `late` are computed for each node by itself, under a
+    load that changes linearly from the closed end to the open end. In the plane this is exact for a
+    node that is not coupled to other nodes.
     """
     n = len(friction)
     gap = u[:, -n:] + system.gap
@@ -280,9 +280,9 @@ class _Crossing(NamedTuple):
 def _slip_in_contact(crossing: _Crossing) -> Array:
     """(E, t) slip between the closed end and the point where the pressure vanishes.
 
-    It lies between two slips without shear force: one releases the shear at the closed end, the
-    other is the whole slip minus the part due to the gap. The pressure decreases linearly from the
-    first to the second.
+    This slip lies between two slips without shear force: the first releases the shear at the closed
+    end, the second is the whole slip minus the part due to the gap. The pressure decreases linearly
+    from the first slip to the second.
     """
     q, p = crossing.forces[:, :-1], crossing.forces[:, -1]
     coupling = crossing.stiffness[:, :-1, -1]
@@ -306,7 +306,7 @@ def _pressure_at_first_slip(crossing: _Crossing, friction: Array, slip: Array) -
     size = np.linalg.norm(slip, axis=1)
     direction = slip / np.where(size > 0, size, 1.0)[:, None]
     motion = np.column_stack([crossing.slip_step, crossing.gap])
-    # Change of the load from the closed end to the open one, where the node has no reactions.
+    # Change of the load from the closed end to the open end, where the node has no reactions.
     load_change = -crossing.forces - (crossing.stiffness @ motion[..., None])[..., 0]
 
     def slack(forces: Array) -> Array:

@@ -52,7 +52,8 @@ class LoadLoop(Kept, Plotted):
     area
         Area of the loop, force times length (per depth): the work that the load case does over
         these states. Over a steady cycle the areas of all load cases add up to the work of
-        friction. In increments their sum is smaller if nodes slip only in a part of an increment.
+        friction. In increments the sum of the areas is smaller if nodes slip only in a part of an
+        increment.
     stiffness
         Secant stiffness: range of the amplitude divided by the range of the displacement; inf if
         there is no displacement.
@@ -127,7 +128,7 @@ class Trajectory(Kept, Plotted):
     time
         (T,) number of corners visited: 0 at the mean load, k at the k-th corner, and linear between
         them. In a transient from an earlier state, the count begins at the number (from 0) of the
-        next corner of that state.
+        corner that comes next after that state.
     amplitudes
         (T, cases) amplitudes of the load cases, in the order of `system.bonded`. They are NaN from
         an earlier state to the first corner after it.
@@ -141,20 +142,20 @@ class Trajectory(Kept, Plotted):
         Shear forces in the shape of `slip`, and (T, N) normal forces, compression positive, in the
         units of `bonded_q`.
     status
-        (T, N) 0: stick; 2: open; 1: slip, in the plane along +x, and -1 against it. On the exact
-        path it holds from the state to the next event, in increments during the increment that ends
-        at the state.
+        (T, N) 0: stick; 2: open; 1: slip, in the plane along +x; -1 (only in the plane): slip
+        against +x. On the exact path a status holds from the state to the next event, in increments
+        during the increment that ends at the state.
     work
         (T, N) work of friction so far, >= 0, force times length (per depth).
     engine
         "path": followed exactly, from event to event. "newton": in increments.
     step_error
         0 for the exact path. In increments, the estimated error of the slip at the mean load and
-        the corners due to the size of the increments, in slip scales. It is the larger of two
-        numbers: the change of slip if a half or a quarter of the increments is used (inf if these
-        runs fail or do not exist), and the slip that may be missed within the increments. In plane
-        contacts, whose exact path is known, the true error was at most 5 times larger; the estimate
-        is no bound.
+        the corners due to the size of the increments, in slip scales (the largest nodal force
+        divided by the stiffness scale). This estimate is the larger of two numbers: the change of
+        slip if a half or a quarter of the increments is used (inf if these runs fail or do not
+        exist), and the slip that may be missed within the increments. In plane contacts, whose
+        exact path is known, the true error was at most 5 times larger; the estimate is no bound.
 
     Examples
     --------
@@ -195,10 +196,10 @@ class Trajectory(Kept, Plotted):
 
     @cached_property
     def _force(self) -> float:
-        """Scale of the nodal forces, at least that of a steady state.
+        """Scale of the nodal forces, at least as large as in a steady state.
 
-        It is the largest nodal force of the loads, or the mean normal force under the mean load if
-        this is larger.
+        The scale is the largest nodal force of the loads, or the mean normal force under the mean
+        load if this force is larger.
         """
         loads = joined(self.bonded_q, self.bonded_p)
         if self.time[-1] >= 0:
@@ -266,8 +267,8 @@ class Trajectory(Kept, Plotted):
     def energy_error(self) -> Array:
         """(T,) work of friction + elastic energy gained + work against the bonded reactions.
 
-        On the exact path it is only rounding. In increments motions are not linear, so the sum
-        depends on the size of the increments.
+        On the exact path this sum is only rounding. In increments motions are not linear, so the
+        sum depends on the size of the increments.
         """
         u = joined(self.slip, self.gap)
         load = joined(self.bonded_q, self.bonded_p)
@@ -362,7 +363,7 @@ class Trajectory(Kept, Plotted):
     def displacement(self, case: str) -> Array:
         """(T,) displacement of a load case, see `ContactSystem.displacements`.
 
-        It is NaN if the amplitude of the load case is not known.
+        The displacement is NaN if the amplitude of the load case is not known.
 
         Raises
         ------
@@ -375,7 +376,7 @@ class Trajectory(Kept, Plotted):
     def tension(self, case: str) -> Array:
         """(T,) tension of the locked bolt of a load case, force, see `ContactSystem.tension`.
 
-        It is NaN if the amplitudes are not known.
+        The tension is NaN if the amplitudes are not known.
 
         Raises
         ------

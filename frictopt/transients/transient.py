@@ -60,15 +60,15 @@ class FollowedCycle:
         (N,) work of friction of each node; (N,) path that each node slips while closed, length; and
         the work of all nodes in each load cycle.
     events
-        A value that describes the changes of status. It is equal for two cycles with the same
-        changes; on the exact path their order within a segment does not count.
+        A value that describes the changes of status. The value is equal for two cycles with the
+        same changes; on the exact path their order within a segment does not count.
     bonded, u, r
-        (T, M) loads, motions `[v, w - g0]` and reactions. On the exact path they are those at the
-        corners at which the load turns, in increments those after each increment.
+        (T, M) loads, motions `[v, w - g0]` and reactions. On the exact path there is a row for each
+        corner at which the load turns, in increments a row after each increment.
     previous
         (T, M) in increments, the motions `u` one increment before each of these states: friction
-        opposes the slip from one to the other. None on the exact path, where slip also changes
-        between stops.
+        opposes the slip from the earlier to the later state. None on the exact path, where slip
+        also changes between stops.
     lost
         On the exact path the larger of two errors, relative to the largest energy in the balance:
         the error of the energy balance (work of the loads - work of friction - elastic energy
@@ -92,18 +92,18 @@ class FollowedCycle:
 class Transient(ABC):
     """A contact under one load cycle, from an initial slip or from an earlier state.
 
-    The path of the load and the parameters are those of `march`.
+    See `march` for the path of the load and for the parameters.
 
     Attributes
     ----------
     mean, corners
         Bonded reactions (M,) of the mean load, and of each corner.
     turns
-        Numbers of the corners at which a cycle stops: all corners, or, on the exact path, those at
-        which the load turns.
+        Numbers of the corners at which a cycle stops: all corners, or, on the exact path, only the
+        corners at which the load turns.
     segments, begun
         Segments of the load path. Each has the bonded reactions at its end, and its name for
-        errors. `segments` are those of a cycle, `begun` those before the first whole cycle.
+        errors. `segments` make up a cycle, and `begun` come before the first whole cycle.
     bonded
         (M,) bonded reactions of the present load.
     visited

@@ -241,7 +241,7 @@ def asked(words: Sequence[str] = ()) -> tuple[list[tuple[str, Numbers | str]], d
 
 
 def apart(one: Numbers | str, other: Numbers | str) -> float:
-    """Largest difference of two answers, each relative to the larger number of its pair."""
+    """Largest difference between the numbers of two answers, relative to the larger number of each pair."""
     if isinstance(one, str) or isinstance(other, str):
         return 0.0 if one == other else np.inf
     if len(one) != len(other):

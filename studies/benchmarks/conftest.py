@@ -1,4 +1,4 @@
-"""Ratios to a rival in the same run: both run by turns with one thread, and the medians count."""
+"""Median time of a call divided by the median time of its rival, both run by turns with one thread."""
 
 import statistics
 import time

@@ -14,7 +14,7 @@ import frictopt as fo
 def test_thirty_amplitudes_with_their_range_in_a_minute_of_one_thread(
     system, cycle, record_property
 ):
-    """Most amplitudes are between both limits, where the range takes longest."""
+    """Most amplitudes are between the guaranteed and the shakedown limit, where the range takes longest."""
     limit = fo.shakedown_limit(system, cycle, 0.5).load_factor
     # This call compiles the exact path.
     fo.steady_state(system, cycle, 0.5, 1.2 * limit)

@@ -1,7 +1,7 @@
 """Condensation of three bodies and two inclined contacts, against a factorisation by scipy.
 
 The matrices have the size of a dovetail. The rival factorises the stiffness of the glued bodies,
-assembled by scikit-fem. It does not compute the stiffness of the interface.
+assembled by scikit-fem. The rival does not compute the stiffness of the interface.
 """
 
 import numpy as np

@@ -47,7 +47,7 @@ def least(calls, rounds=3):
 def pardiso(K, kept):
     """Schur complement of the kept unknowns by MKL's Pardiso with the ordering of Metis."""
     call = pytest.importorskip("pypardiso").PyPardisoSolver().libmkl.pardiso
-    # The argument types of pypardiso lack the Schur complement.
+    # The argument types that pypardiso declares lack the Schur complement.
     call.argtypes = None
     upper = csr_matrix(triu(K))
     upper.sort_indices()

@@ -93,7 +93,7 @@ def test_steady_state_against_plain_cycling(made, name, most, record_property):
 
 
 def limit_ratio(model, friction, open_nodes, record_property):
-    """Time of a first limit of one set of open nodes, relative to Clarabel on the same rows.
+    """Time of the first limit of a contact with one set of open nodes, relative to Clarabel on the same rows.
 
     The first time contains the assembly and the proof.
     """

@@ -40,7 +40,7 @@ def test_a_cylinder_is_worn_in_within_five_seconds_and_sooner_than_by_explicit_j
 ):
     arrays = fo.reference.half_plane_contact(NODES, 1.3, 4 / pi, R=1.0)
     system = fo.ContactSystem.from_blocks(**arrays, width=np.full(NODES, 2.6 / NODES))
-    # This call compiles, and imports the modules.
+    # This call compiles, and imports all that later calls need.
     fo.joints.wear(system, *ASKED, coefficient=COEFFICIENT, cycles=1)
     with threadpool_limits(1):
         begin = time.process_time()

@@ -1,6 +1,7 @@
 """Limits within a gap: their errors and steps, and their times against those of exact limits.
 
-`norm` is the norm of friction times T: below 1, the repair of multipliers is proven to converge.
+`norm` is the norm of T times friction, with T the pressures per unit shear force on the closed
+contact. If it is below 1, the repair of multipliers is proven to converge.
 """
 
 import os
@@ -67,7 +68,7 @@ def random_contact(rng, tangents, coupling, below=30):
 @pytest.mark.filterwarnings("ignore:shakedown_limit. stopped")
 @pytest.mark.parametrize(("coupling", "most_friction", "share"), [(0.6, 1.0, 1.0), (2.0, 3.0, 0.8)])
 def test_random_contacts(coupling, most_friction, share, record_property):
-    """The gap contains the exact limits of 100 contacts; 2000 steps suffice for this `share`."""
+    """No exact limit of 100 contacts is outside the gap; this share of them needs at most 2000 steps."""
     rng = np.random.default_rng(17)
     steps, norms = [], []
     for number in range(100):

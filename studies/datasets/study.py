@@ -30,7 +30,7 @@ _NUMBERS = Path(__file__).with_name("theirs.csv")
 class Parameters:
     """Meshes of frictopt."""
 
-    # Number of cells of the cylinders, along 1.15 times the width of Hertz.
+    # Number of cells of the cylinders, along 1.15 times the contact width by Hertz's theory.
     cells: int = 151
     # Number of increments of the pressing, as in the finer example of MOOSE.
     increments: int = 2

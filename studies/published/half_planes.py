@@ -1,6 +1,6 @@
 """Cylinders and rounded punches on half-planes: stick zones and work of friction, with bulk stress and with a normal force that varies.
 
-All lengths are over the half-width of the contact, and E* = 1.
+All lengths are in units of the half-width of the contact, and E* = 1.
 """
 
 from collections.abc import Iterator
@@ -102,10 +102,10 @@ def _bulk_stress(cylinder: fo.ContactSystem, cell: float, parameters: Parameters
     """Shear force and bulk stress in the half-plane grow together; all slip has one sense.
 
     Under full slip the surfaces separate tangentially with the slope `2 f p_0 x / (E* a)`. The bulk
-    stress adds `sigma / (2 E*)`, the strain `(1 - nu^2) sigma / E` of one of two equal bodies. A
-    corrective traction as in Hertz's theory removes both in the stick zone. The middle of this zone
-    is moved by `e = a sigma / (4 f p_0)`, and its half-width is the half-width without bulk stress
-    (Nowell & Hills 1987).
+    stress adds `sigma / (2 E*)` to this slope, the strain `(1 - nu^2) sigma / E` of one of two
+    equal bodies. A corrective traction as in Hertz's theory removes the sum in the stick zone. The
+    middle of this zone is moved by `e = a sigma / (4 f p_0)`, and its half-width is the half-width
+    without bulk stress (Nowell & Hills 1987).
     """
     zones, residuals = [], []
     # Bonded reaction to a bulk stress of 1.
@@ -207,13 +207,13 @@ def work_of_both(swing: float, share: float) -> float:
     """Work of friction per cycle, W E* / (f P)^2, of a cylinder under forces in phase.
 
     The normal force varies by `swing P`, and the shear force by `share f P`. At a point of the
-    path, the change of shear since the last end is the difference of two terms. The first is full
-    slip under the sum of both pressures. The second is twice the shear of a stick zone that would
-    carry the force P_s (Mindlin & Deresiewicz 1953 for spheres, Jäger 1998 for all shapes). In the
-    plane both approaches vary with the force by `D(P) = -P log P / (pi E*)`, up to terms that
-    cancel. `S` is the integral of D. `g`, above 1, is the change of shear over the change of the
-    normal force, divided by f. P_c is the force of the permanent stick zone. Then the area of the
-    loop is::
+    path, the change of shear since the last end of the path is the difference of two terms. The
+    first term is full slip under the sum of both pressures. The second term is twice the shear of a
+    stick zone that would carry the force P_s (Mindlin & Deresiewicz 1953 for spheres, Jäger 1998
+    for all shapes). In the plane the normal and the tangential approach both vary with the force by
+    `D(P) = -P log P / (pi E*)`, up to terms that cancel. `S` is the integral of D. `g`, above 1, is
+    the change of shear over the change of the normal force, divided by f. P_c is the force of the
+    permanent stick zone. Then the area of the loop is::
 
         W = 2 f^2 g (2 (S_1 - S_c) / (g - 1) + 2 (S_2 - S_c) / (g + 1) - (S_2 - S_1) - (P_2 - P_1)
         D_c)
@@ -267,7 +267,7 @@ def work_of_springs(swing: float, share: float, phase: float, springs: int) -> f
 
     The normal force is `P + swing P cos(t + phase)`, the shear force `share f P cos t`. The
     superposition of Jäger and Ciavarella equals uncoupled springs. Each spring touches above some
-    normal force. Its pressure is the growth of D since then (see `work_of_both`, with a rigid
+    normal force. Its pressure is the growth of D since that force (see `work_of_both`, with a rigid
     motion that makes D rise), and it slips at f times this pressure. The springs are equally stiff
     in both directions. Together, the springs that touch at a force have the stiffness of the
     contact at this force, `1 / D'`. The second cycle is steady.
@@ -334,9 +334,9 @@ def force_on_rounded(half: float, flat: float) -> float:
     """Normal force on a contact of this half-width under a punch with rounded edges, E* = 1.
 
     The punch is flat over `flat`, and its edges have the radius 1. `P = E* a^2 (pi - 2 phi - sin 2
-    phi) / (4 R)` with `sin phi = flat / a` (Ciavarella, Hills & Monno 1998). It is `E*` times the
-    integral of the slope of the profile times `x / sqrt(a^2 - x^2)`. With the force `P - Q / f` the
-    contact is the stick zone (Ciavarella 1998, Jäger 1998).
+    phi) / (4 R)` with `sin phi = flat / a` (Ciavarella, Hills & Monno 1998). This force is `E*`
+    times the integral of the slope of the profile times `x / sqrt(a^2 - x^2)`. With the force `P -
+    Q / f` the contact is the stick zone (Ciavarella 1998, Jäger 1998).
     """
     phi = asin(min(1.0, flat / half))
     return half**2 * (pi - 2 * phi - sin(2 * phi)) / 4

@@ -241,8 +241,8 @@ def _lap_joint(parameters: Parameters) -> Case:
 def _corner(parameters: Parameters) -> Iterator[Case]:
     """Exponent and traction ratio of the singular modes near a corner.
 
-    The tractions are the sum of both singular modes and a regular term. In q minus the traction
-    ratio of the weaker mode times p, the weaker mode cancels.
+    The tractions are the sum of both singular modes and a regular term. The weaker mode cancels in
+    `q - ratio p`, where `ratio` is the traction ratio of this mode.
     """
     system = fo.scenes.PunchOnHalfPlane(
         elements=parameters.corner_elements, grading=parameters.corner_grading

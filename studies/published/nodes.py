@@ -1,4 +1,4 @@
-"""Contacts of one and two nodes: both limits, the friction of wedging, and loads out of phase."""
+"""Contacts of one and two nodes: shakedown and guaranteed limit, the friction of wedging, and loads out of phase."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from .case import Array, Case, opposed
 
 # Friction of the node under loads out of phase.
 _FRICTION = 0.5
-# Amplitude of its normal load, relative to the shear load and to the mean pressure.
+# Amplitude of the normal load of this node, relative to the shear load and to the mean pressure.
 _NORMAL = 0.8
 # Load factor at which the work of this node is computed.
 _LOAD = 1.2
@@ -85,7 +85,7 @@ def _meeting(contact: fo.ContactSystem, number: int, f: float) -> float:
 def two_node_limits(
     contact: fo.ContactSystem, cycle: fo.LoadCycle, f: float
 ) -> tuple[float, float]:
-    """Both limits of two closed nodes, by the friction lines in the plane of their slips.
+    """Guaranteed and shakedown limit of two closed nodes, by the friction lines in the plane of their slips.
 
     Three of the four lines meet at a limit (Ahn, Bertocchi & Barber 2008). The slip of a node lies
     between two lines, `n . v = a + lam b`. As the load grows, the two lines approach each other.
@@ -180,8 +180,8 @@ def _of_pair(friction: Callable[[fo.ContactSystem], float], _: float) -> float:
 def one_wedged(contact: fo.ContactSystem) -> float:
     """Friction with which the first of two nodes wedges while the second node is open.
 
-    It is the ratio of shear to pressure at the first node when this node slips and the second node
-    is free.
+    This friction is the ratio of shear to pressure at the first node when this node slips and the
+    second node is free.
     """
     # Slips come before gaps.
     kept, free = [0, 2], [1, 3]
@@ -196,8 +196,8 @@ def one_wedged(contact: fo.ContactSystem) -> float:
 def least_wedged(contact: fo.ContactSystem) -> float:
     """Least friction with which some slip of two nodes wedges.
 
-    A slip v with both `B v` above 0 wedges if friction is at least the larger `|A v| / (B v)` of
-    the two nodes. The direction of v makes this number as small as possible.
+    This friction is the largest `|A v| / (B v)` of both nodes, made as small as possible by the
+    direction of the slip v. Both `B v` must be above 0.
     """
 
     def needed(angles: Array) -> Array:
@@ -290,7 +290,7 @@ def _sizes(phase: float) -> tuple[float, float, float, float]:
 def limit_at_phase(phase: float) -> float:
     """Load factor at which the two bounds of the slip meet.
 
-    It is `2 f P` divided by the sum of the amplitudes of `f N + Q` and `f N - Q`.
+    This load factor is `2 f P` divided by the sum of the amplitudes of `f N + Q` and `f N - Q`.
     """
     plus, minus, *_ = _sizes(phase)
     return 2 * _FRICTION / (plus + minus)
@@ -301,8 +301,8 @@ def work_at_phase(phase: float) -> float:
 
     While the node slips forward, `v = lam R cos s - f P`, up to `v = lam R - f P`. R and s are the
     amplitude and the phase of `-(f N + Q)`. Backward slip is analogous. Each passage begins at the
-    slip at which the other passage ends. Its work is the integral of `f p` over the slip, with the
-    pressure `P + lam N cos (s + delta)`.
+    slip at which the other passage ends. The work of a passage is the integral of `f p` over the
+    slip, with the pressure `P + lam N cos (s + delta)`.
     """
     f, lam = _FRICTION, _LOAD
     plus, minus, at_plus, at_minus = _sizes(phase)

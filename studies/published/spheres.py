@@ -30,7 +30,8 @@ class Parameters:
 
     # Numbers of cells along the diameter.
     cells: tuple[int, ...] = (16, 17, 18, 19)
-    # Shear forces Q / (f P). They are approximate, because the motion of the far end is prescribed.
+    # Shear forces Q / (f P). The forces are approximate, because the motion of the far end is
+    # prescribed.
     shears: tuple[float, ...] = (0.5, 0.8)
     # Radii of the stick zone under a twist.
     sticks: tuple[float, ...] = (0.3, 0.5, 0.7, 0.9)
@@ -149,9 +150,9 @@ def twist(stick: float) -> float:
 def torque(stick: float) -> float:
     """Couple over `f P a` at this radius of the stick zone, a = 1.
 
-    It is the sum of the couples `16 G s^3 / 3` of the rigid twists of `twist`: `(4 / pi) (c^3 (K -
-    E)(c) + 3 times the integral of s^2 (K - E)(s) from c to 1)`. If the whole contact slips, it is
-    `3 pi / 16`.
+    The couple is the sum of the couples `16 G s^3 / 3` of the rigid twists of `twist`: `(4 / pi)
+    (c^3 (K - E)(c) + 3 times the integral of s^2 (K - E)(s) from c to 1)`. If the whole contact
+    slips, it is `3 pi / 16`.
     """
     rest, _ = quad(lambda s: s**2 * float(_elliptic(s)), stick, 1.0)
     return 4 / pi * float((stick**3 * float(_elliptic(stick)) if stick > 0 else 0.0) + 3 * rest)

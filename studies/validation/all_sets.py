@@ -1,11 +1,11 @@
-"""All sets of open nodes: limits of small contacts against brute force, and programs against nodes.
+"""All sets of open nodes: limits of small contacts against brute force, and the cost of the search.
 
 Run with `python -m studies all_sets [--quick]`. Blocks on a rigid base and clamps of C shape are
 small finite-element models that lift off (`studies/validation/blocks.py`). Contacts in space are
 random, with nodes that the mean load leaves open. A set is missed if some set of open nodes has a
 higher limit. The limit of each set comes from plain linear programs, in space from
-`shakedown_limit` with this set. The limit of each clamp is computed twice, with different changes
-of the last digits of its numbers. Only the column of seconds depends on the machine.
+`shakedown_limit` with this set. The limit of each clamp is computed twice, after different changes
+of its last digits. Only the column of seconds depends on the machine.
 """
 
 import time

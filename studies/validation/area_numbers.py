@@ -34,7 +34,7 @@ from .moving_events import (
 )
 
 KINDS = ("cylinder", "pad", "twins")
-# A transient that shakes down just above a limit would reveal another order of events, with a
+# A transient that shakes down just above a limit would show that another order of events has a
 # higher limit.
 _ABOVE = (1.001, *ABOVE)
 _BETAS = (0.0, 0.05, 0.1, 0.2, 0.3)

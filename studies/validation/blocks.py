@@ -33,8 +33,8 @@ def square_stiffness(size: float) -> Any:
 def block(seed: int, nodes: int | None = None, corners: int | None = None) -> Case:
     """A random block of 4 to 7 nodes on a rigid base, its load cycle and friction.
 
-    Its top is pressed in part, and pulled at a node. The cyclic loads are shears and pressures at
-    the top. The block is free, held at one side, or held by soft springs at its top.
+    The top of the block is pressed in part, and pulled at a node. The cyclic loads are shears and
+    pressures at the top. The block is free, held at one side, or held by soft springs at its top.
     """
     rng = np.random.default_rng([seed, 94])
     nodes = nodes or int(rng.integers(4, 8))

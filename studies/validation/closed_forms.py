@@ -1,10 +1,11 @@
 """Closed forms of contacts with one node, of sliders, and of contacts whose nodes do not interact.
 
-Their load swings between two corners. The bonded reactions are `r0 + lam * s * r1` with `s = -1,
-+1`. Their tangential parts are `q0, q1` along +x, and their normal parts `p0, p1`, positive in
-compression. The limits follow from equal bounds of the slip. Which contacts shake down from every
-start: A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems
-with Coulomb friction, International Journal of Solids and Structures 44, 8355-8365.
+The load of each contact swings between two corners. The bonded reactions are `r0 + lam * s * r1`
+with `s = -1, +1`. Their tangential parts are `q0, q1` along +x, and their normal parts `p0, p1`,
+positive in compression. The limits follow from equal bounds of the slip. On the contacts that shake
+down from every start, see A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic
+contact problems with Coulomb friction, International Journal of Solids and Structures 44,
+8355-8365.
 """
 
 from collections.abc import Iterator

@@ -3,7 +3,7 @@
 Run with `python -m studies followed [--quick]`; it prints the counts in Markdown. No coupled
 contact was seen to slip for ever below its guaranteed limit. That is an observation, and this study
 makes it. Just above the limit, transients start from its witness. Each transient takes one
-increment per segment, because slip then begins and ends at the same load as with many increments.
+increment per segment, because the number of increments does not affect whether slip persists.
 """
 
 from collections.abc import Iterator, Mapping

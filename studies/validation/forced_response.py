@@ -3,9 +3,10 @@
 Run with `python -m studies forced_response [--quick]`; it prints three tables in Markdown. The
 structures are an oscillator of two masses and a wedge between them (Balaji and Ferhatoglu), and a
 light and a heavy block on four springs with friction, whose edges lift off as they rock. The time
-integration is explicit and shares no code with the package. It begins at rest and sweeps the
-frequency down, and up in a second run. The larger of both peaks counts. There are also random
-joints of one mass. The mass is shaken from rest at a frequency that follows its resonance.
+integration is explicit and shares no code with the package. Each run begins at rest. One run sweeps
+the frequency down, and a second run sweeps it up. The larger of the two peaks counts. There are
+also random joints of one mass. The mass is shaken from rest at a frequency that follows its
+resonance.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -324,7 +325,7 @@ _SORTED_AT = 0.05
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
-    """Sentences on the peaks, on curves of few load factors, and on the band of all starts."""
+    """The errors of peaks, sorted by the interaction; the errors with few load factors; and the band."""
     table = tables[PEAKS.name]
     parts = [_errors(table), _sorting(table), _masses(tables[MASSES.name]), _folds(table)]
     return "\n\n".join([*parts, _few(tables[FEW.name]), _band(tables[BAND.name])])
@@ -379,7 +380,7 @@ def _masses(table: pd.DataFrame) -> str:
 
 
 def _folds(table: pd.DataFrame) -> str:
-    """A sentence on the peak of a sweep up over the peak of a sweep down."""
+    """A sentence on the ratio of the peak of a sweep up to the peak of a sweep down."""
     share = table["up"] / table["down"]
     lift_off = table["structure"].str.contains("lift-off")
     said = []

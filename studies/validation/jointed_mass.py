@@ -90,9 +90,8 @@ class JointedMass:
 def _obey(K, at_rest, preload, friction, motion):  # type: ignore[no-untyped-def]
     """Change slips and gaps (2 m,) so that all nodes obey the contact law.
 
-    This is a semi-smooth Newton method. With the status of each node fixed, the contact law is
-    linear. Each iteration solves it, and the new forces determine the statuses again, until nothing
-    changes.
+    Semi-smooth Newton method: as long as each node keeps its state (stick, slip, open), the forces
+    are linear. The states follow from the forces, until no state changes.
     """
     m = len(preload)
     before = motion.copy()

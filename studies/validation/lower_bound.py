@@ -151,8 +151,9 @@ def periodic_bounds(
     `p' Z_wv q + p' Z_ww p = p' z` with `z = (Z r^w)_w`. Friction writes `q = diag(sigma f) p` with
     each sigma in [-1, 1], so that `p' H p = p' z` with H the symmetric part of `Z_ww + Z_wv
     diag(sigma f)`. If friction is small enough, H is positive definite for all 2^N signs sigma.
-    Then p lies in an ellipsoid. All quantities that bound it are convex in H and in z, so the signs
-    and the ends of the load range decide. Bounds of q follow, and with Z bounds of slips and gaps.
+    Then p lies in an ellipsoid. Its extent follows from `(H^-1)_ii` and `z' H^-1 z`. Both are
+    convex in H and z, so each is largest with every sigma at -1 or 1, and at an end of the load
+    range. Bounds of q follow, and with Z bounds of slips and gaps.
     """
     force, length = oracles.units(system, cycle)
     n = system.nodes

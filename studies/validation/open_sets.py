@@ -18,7 +18,7 @@ def largest_with_open(
     """The largest load factor up to `most`, with slips and gaps (K, N) at the corners.
 
     The nodes `opened` (K, N) are open. A node that is closed at two consecutive corners has the
-    same slip at both. None if no state obeys the contact law.
+    same slip at both corners. None if no state obeys the contact law.
     """
     n = system.nodes
     corners = len(cycle.corners)

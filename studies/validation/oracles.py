@@ -87,7 +87,7 @@ def _rows(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> tuple
 def excess(
     system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, slip: Any
 ) -> float:
-    """Largest violation of the contact law by a slip, at any node and corner, over the force scale.
+    """Largest violation of the contact law by a slip, at any node and corner, in units of the force scale.
 
     A slip is safe at the load factor if the violation is at most 0. The rounding error of the terms
     is subtracted.
@@ -105,9 +105,9 @@ def off_bounds(
     node: int,
     corners: tuple[int, ...],
 ) -> float:
-    """Distance of a node from both bounds: of forward slip at one corner, of backward at another.
+    """Distance of a node from the bound of forward slip at one corner, and of backward slip at another.
 
-    The larger of both distances is returned, over the force scale. The rounding error is
+    The larger of the two distances is returned, in units of the force scale. The rounding error is
     subtracted as in `excess`.
     """
     slack, rounding = _slacks(system, cycle, friction, load_factor, slip)
@@ -136,7 +136,7 @@ def largest_load_factor(
 ) -> float | None:
     """The shakedown limit by one linear program on the plain rows.
 
-    It is inf or nan as in `shakedown_limit`, and None if the solver gives no answer.
+    The limit is inf or nan as in `shakedown_limit`, and None if the solver gives no answer.
     """
     slope, rate, level = _rows(system, cycle, friction)
     unit = float(np.abs(rate).max()) or 1.0
@@ -147,7 +147,7 @@ def largest_load_factor(
 def least_load_factor(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float | None:
     """The least safe load factor by one linear program on the plain rows.
 
-    It is nan if no load factor is safe, and None if the solver gives no answer.
+    The result is nan if no load factor is safe, and None if the solver gives no answer.
     """
     slope, rate, level = _rows(system, cycle, friction)
     unit = float(np.abs(rate).max()) or 1.0
@@ -226,7 +226,7 @@ def on_both_bounds(
 
 
 def _to_and_fro(nodes: int, rate: Any, friction: Any) -> list[tuple[int, tuple[int, int]]]:
-    """Nodes whose forward and backward bounds govern at different corners, and these corners."""
+    """Nodes whose bounds of forward and backward slip govern at different corners, with these corners."""
     forward, backward, _ = np.moveaxis(rate.reshape(-1, 3, nodes), 1, 0)
     tie = _TIE * np.maximum(np.abs(forward), np.abs(backward)).max(axis=0)
     governs_forward = forward <= forward.min(axis=0) + tie
@@ -244,7 +244,7 @@ def _to_and_fro(nodes: int, rate: Any, friction: Any) -> list[tuple[int, tuple[i
 def largest_margin(
     system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float
 ) -> float | None:
-    """Largest margin of a safe slip at a load factor, over the force scale, at most 1.
+    """Largest margin of a safe slip at a load factor, in units of the force scale; at most 1.
 
     None if the solver gives no answer.
     """

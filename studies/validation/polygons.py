@@ -86,8 +86,8 @@ def least_critical(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any)
 def balanced(system: fo.ContactSystem, motions: np.ndarray, friction: float) -> float | None:
     """Largest load factor at which contact forces within friction balance the loads P and Q.
 
-    They balance the loads in each of the `motions` (M, m), whose sizes are about 1. None if scipy
-    gives no answer.
+    The forces balance the loads in each of the `motions` (M, m), whose sizes are about 1. None if
+    scipy gives no answer.
     """
     n = system.nodes
     axes = system.tangents + 1

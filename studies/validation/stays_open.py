@@ -1,7 +1,7 @@
 """Load factors that are safe with nodes that stay open, for all sets of open nodes.
 
-Plain linear programs of scipy have the slips of the closed nodes as unknowns. They share no code
-with the search of open nodes.
+Plain linear programs of scipy have the slips of the closed nodes as unknowns. These programs share
+no code with the search of open nodes.
 """
 
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ def interval_of_set(
 ) -> tuple[float, float] | None:
     """The least and the largest safe load factor with these nodes open.
 
-    None if none is safe, or if the closed nodes do not hold the open ones.
+    None if no load factor is safe, or if the closed nodes do not hold the open nodes.
     """
     n = system.nodes
     S = system.S / system.stiffness_scale
@@ -82,7 +82,7 @@ def intervals_in_space(
         try:
             limit = fo.shakedown_limit(system, cycle, friction, open_nodes=opened, progress=False)
         except fo.FrictoptError:
-            # The closed nodes do not hold the open ones, or rounding hides the answer.
+            # The closed nodes do not hold the open nodes, or rounding hides the answer.
             continue
         if not np.isnan(limit.load_factor):
             yield limit.least, limit.load_factor

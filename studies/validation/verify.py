@@ -42,7 +42,8 @@ class CheckSettings:
     # Powers of ten between which the size of random slips lies, relative to the largest slip of the
     # witness.
     decades: tuple[float, float] = (-1.0, 2.0)
-    # Increments from corner to corner in space. Their number does not affect whether slip persists.
+    # Increments from corner to corner in space. The number of increments does not affect whether
+    # slip persists.
     steps: int = 2
 
 
@@ -145,10 +146,10 @@ def verify(
 
     If the limit is the least safe load factor, usually 0, there are no tests below the limit. The
     tests above it are then at 2 % of an interval that begins at the limit. The interval ends at
-    lambda_2, or at the load factor at which the cyclic reactions reach the mean pressures, if it is
-    smaller. Only some starts near the witness slip for ever at this load factor. So the study also
-    follows a slip that makes the node critical there, at 0.9 and 1.1 times the distance from the
-    limit. A ValueError is raised if the limit leaves no load factor to test at.
+    lambda_2, or at the load factor at which the cyclic reactions reach the mean pressures,
+    whichever is smaller. Only some starts near the witness slip for ever at this load factor. So
+    the study also follows a slip that makes the node critical there, at 0.9 and 1.1 times the
+    distance from the limit. A ValueError names a limit without a load to test at.
     """
     rng = np.random.default_rng(seed)
     upper = limit.shakedown.load_factor
@@ -266,7 +267,7 @@ def _row(limit: fo.results.GuaranteedLimit, size: float, test: _Test) -> dict[st
 def _beginning(limit: fo.results.GuaranteedLimit, test: _Test) -> dict[str, Any]:
     """Argument of `steady_state` for a transient that begins at the mean of the corners.
 
-    It is a state if nodes are open and the closed nodes can hold the slip, else a slip.
+    The argument is a state if nodes are open and the closed nodes can hold the slip, else a slip.
     """
     question = limit._question
     system = question.system

@@ -174,7 +174,7 @@ class Vibration:
 
     The force acts on mode k alone. If `point` is the number of a mass coordinate, the force acts
     there, with the same modal force. Residual slips (m,) are added to the slips of the state of
-    rest. Friction then removes the part of them that it does not hold.
+    rest. Friction then removes the part of these slips that it does not hold.
     """
 
     def __init__(

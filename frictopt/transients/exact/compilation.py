@@ -62,7 +62,7 @@ them, which takes a third of the compilation.
 def notice_of_compilation() -> AbstractContextManager[Any]:
     """While this context is open, a notice on stderr announces the first compilation.
 
-    Workers write no notice. Loading machine code from disk is no compilation.
+    Workers write no notice. Loading machine code from disk does not count as compilation.
     """
     if parent_process():
         return nullcontext()

@@ -10,8 +10,8 @@ segment stops at an event, and the time of the event changes with the state.
 
 The work of friction of a cycle is the work of the loads less the elastic energy gained. Integration
 by parts yields its derivative: if the state `u = [v, w - g0]` changes by du, the work changes in
-first order by the integral of `du . dr^w` over the cycle, less `r . du` at its end, plus `r . du`
-at its beginning.
+first order by the integral of `du . dr^w` over the cycle, less `r . du` at the end of the cycle,
+plus `r . du` at its beginning.
 """
 
 from dataclasses import dataclass
@@ -41,7 +41,7 @@ class ReturnMap:
     derivative
         (M, M) derivative of u at its end with respect to `before`. If several events of the exact
         path happen at once and stop a motion, the derivative may differ from direction to
-        direction. Then it is the derivative by one of these events.
+        direction. Then it is computed from one of these events alone.
     work_gradient
         (M,) derivative of the work of friction with respect to `before`, force (per depth).
     status
@@ -170,7 +170,7 @@ def _flexibility(path: ExactPath, status: NDArray[np.int8]) -> tuple[Integers, A
         inverse = np.linalg.inv(K)
     except np.linalg.LinAlgError as error:
         raise NoContinuation(_CRITICAL) from error
-    # A motion that is much softer than its own stiffness has no unique rate.
+    # A motion has no unique rate if the other motions make it much softer than its own stiffness.
     if not np.abs(inverse * np.diag(S)[motions]).max(initial=0.0) < 1 / CONDENSATION:
         raise NoContinuation(_CRITICAL)
     return motions, -inverse @ equations
@@ -186,8 +186,8 @@ def _after_event(
     """(2N, 2N) derivative of the state on the stretch after an event that changes some statuses.
 
     D is the derivative before the event, and `drive` (2N,) the change of the bonded reactions on
-    the segment. A motion stops when some node begins to slip, opens or closes. Where it stops
-    depends on the time of that event.
+    the segment. A motion stops when some node begins to slip, opens or closes. Where the motion
+    stops depends on the time of this event.
     """
     n = path.nodes
     moved, moved_by = _flexibility(path, before)
@@ -201,7 +201,7 @@ def _after_event(
         row, load_rate = _condition(path, int(causes[0]), before, status, drive)
         rate = np.zeros(2 * n)
         rate[moved] = moved_by @ drive
-        delay = -(row @ D) / (row @ rate + load_rate)  # (2N,) by the state at the beginning
+        delay = -(row @ D) / (row @ rate + load_rate)  # (2N,) per change of the first state
         after[stops] += np.outer(rate[stops], delay)
     after[n:][status != OPEN] = 0.0
     after[moves] = 0.0

@@ -64,11 +64,11 @@ class State(NamedTuple):
 class ActiveSet(NamedTuple):
     """The n unknowns of the rate problem, and the inverse of their stiffness.
 
-    A proof that the rates are unique has the same fields; its `inverse` holds the Cholesky factor
-    of the symmetric part of the stiffness instead.
+    The proof that the rates are unique uses the same fields, but its `inverse` holds the Cholesky
+    factor of the symmetric part of the stiffness.
 
     `size` (1,) is n, `unknown` (2N,) the index of each unknown in `[v, w]`, `weight` (2N,) the
-    factor of p' in its equation: `sense * f` for a slipping node, 0 for an open one. `place` (2N,)
+    factor of p' in its equation: `sense * f` for a slipping node, 0 for an open node. `place` (2N,)
     is the position of each entry of `[v, w]` among the unknowns, or -1. `inverse` (2N, 2N) has the
     inverse in its leading (n, n) entries. `left`, `right`, `column` (2N,) are room for the border
     of a new unknown.
@@ -128,13 +128,13 @@ STICK, OPEN = 0, 2
 
 DONE, UNSETTLED, STALLED, FULL = range(4)
 """Results of `follow`: it came to the end of the segment; no statuses are found that agree with
-their rates, or others may agree, too; there are too many events; the record is full."""
+their rates, or other statuses may agree, too; there are too many events; the record is full."""
 
 EVENTS, SIGNATURE, UNPROVEN, RECORDED = range(4)
 """Places of the counts in `State.trace`."""
 
 FORWARD, BACKWARD, UNPRESSED, CLOSED_UNPRESSED = 1, 2, 4, 8
-"""Bits of `State.touch`: at the bound of slip along +x, at that of slip against +x, without
+"""Bits of `State.touch`: at the bound of slip along +x, at the bound of slip against +x, without
 pressure, without pressure and gap."""
 
 # Copies of numbers in `frictopt.base.tolerances`; a test compares them.
@@ -322,7 +322,7 @@ def change_statuses(S, f, status, active, wanted):
     """Give the nodes the statuses `wanted`.
 
     Returns the smallest pivot, divided by the stiffness of its unknown. If a pivot is zero, the
-    rates are not unique: then it returns 0, and the node of this pivot sticks.
+    rates are not unique: then the function returns 0, and the node of this pivot sticks.
     """
     nodes, smallest, unique = len(f), np.inf, True
     # Nodes that stick from now on leave first, so that the active set is smaller when others join.
@@ -401,7 +401,7 @@ def _add_reactions(S, active, change, r):
 
 @inner_in_place
 def _slacks(f, r, node, nodes):
-    """Distances of q from the bound of slip along +x and from that of slip against it."""
+    """Distances of q from the bound of slip along +x and from the bound of slip against +x."""
     bound = f[node] * r[nodes + node]
     return bound + r[node], bound - r[node]
 
@@ -447,7 +447,7 @@ def _falls(S, state, node, rate, least, stiffness):
 
 @inner_in_place
 def _wanted(S, f, state, node, least_r, least_u):
-    """Status that agrees with the signs of a node's rates: the present one if that agrees."""
+    """Status that agrees with the signs of a node's rates: the present status if it agrees."""
     nodes, u_rate, r_rate = len(f), state.u_rate, state.r_rate
     status, touch, gap = state.status[node], state.touch[node], len(f) + node
     if status == OPEN:
@@ -528,10 +528,11 @@ def _may_also_slip(S, f, state, active):
 # --- 3. A proof that the rates are unique ---------------------------------------------------------
 # Let two sets of rates obey the law, with differences dv, dw, dq, dp. A node that slips, or sticks
 # at one bound, has `dv dq <= -sense f dv dp`; an open node has dq = dp = 0; all other nodes have
-# dv = dw = 0. So the sum of `dv (dq + sense f dp)` over the first group is not positive. If the
-# quadratic form of these rows of the stiffness is positive definite, all differences are zero. A
-# form that is positive definite for a set of nodes is also positive definite for each subset: the
-# Cholesky factor only grows when nodes begin to slip, and remains valid when they stop.
+# dv = dw = 0. So the sum of `dv (dq + sense f dp)` over the nodes that slip, or stick at one bound,
+# is not positive. If the quadratic form of these rows of the stiffness is positive definite, all
+# differences are zero. A form that is positive definite for a set of nodes is also positive
+# definite for each subset: the Cholesky factor only grows when nodes begin to slip, and remains
+# valid when they stop.
 
 
 @once
@@ -624,11 +625,11 @@ def _symmetric_entry(S, row, row_weight, column, column_weight):
 def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, record):
     """Follow the path while the bonded reactions (2N,) change from `bonded` to `ahead`.
 
-    It begins at the time `start`, from 0 to 1 on the segment. `state`, `active` and `proof` are
-    changed in place; `force` (N,) is the scale of the nodal forces. If the path continues within
-    the segment (`begins` is False), the statuses already agree with the rates. `record` (rows, 1 +
-    6N) receives times, u, r, statuses and work at the events; a record without rows receives
-    nothing. Returns `DONE` or the reason to stop, and the time of the stop.
+    The path begins at the time `start`, from 0 to 1 on the segment. `state`, `active` and `proof`
+    are changed in place; `force` (N,) is the scale of the nodal forces. If the path continues
+    within the segment (`begins` is False), the statuses already agree with the rates. `record`
+    (rows, 1 + 6N) receives times, u, r, statuses and work at the events; a record without rows
+    receives nothing. Returns `DONE` or the reason to stop, and the time of the stop.
     """
     load_rate, time = state.load_rate, start
     for k in range(len(load_rate)):

@@ -119,7 +119,7 @@ class ExactPath(Transient):
         )
 
     def _lost_energy(self, u_before: Array, stress_before: Array) -> float:
-        """The larger of the error of the energy balance and negative work of friction in a cycle.
+        """The error of the energy balance in a cycle, or negative work of friction if it is larger.
 
         See `FollowedCycle.lost`. `stress_before` (2N,) is `S u` at the beginning: the elastic
         energy gained is the mean stress times the change of u.
@@ -152,8 +152,8 @@ class ExactPath(Transient):
         r = self.bonded + S @ u
         r[motions] = 0.0
         residual = off_law(self.system, self.law, self.bonded, u, r, self.force).max()
-        # Largest residual of a state from which a path may restart. It is less than the tolerance,
-        # because the cycle from there adds its errors.
+        # Largest residual of a state from which a path may restart. This residual is less than the
+        # tolerance, because the cycle from such a state adds errors of its own.
         restart = RESIDUAL / 10
         if not residual <= restart:
             return None

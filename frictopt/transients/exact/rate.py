@@ -1,10 +1,10 @@
 """The rate problem at one load: which nodes at a bound slip, stick or open.
 
-It is solved only if the iteration on the signs of the rates does not decide. Nodes strictly inside
-their bound stick, and nodes with a gap stay open. A node at a bound has a non-negative rate z of
-slip or gap and a non-negative rate `M z + c` of slack or pressure, and one of the two is zero. If
-there are few such pairs, all statuses are tried; if there are many, Lemke's method finds a
-solution. If M is positive definite, this solution is the only one.
+The problem is solved only if the iteration on the signs of the rates does not decide. Nodes
+strictly inside their bound stick, and nodes with a gap stay open. A node at a bound has a
+non-negative rate z of slip or gap and a non-negative rate `M z + c` of slack or pressure, and one
+of the two is zero. If there are few such pairs, all statuses are tried; if there are many, Lemke's
+method finds a solution. If M is positive definite, this solution is the only one.
 """
 
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ from .kernel import AT_BOUND, OPEN, STICK, State
 
 # The numbers of the search for solutions of a rate problem.
 
-# All statuses are tried up to this number of pairs.
+# Largest number of pairs for which all statuses are tried.
 _TRIED_PAIRS = 8
 # Number of covering vectors with which Lemke's method begins in turn.
 _COVERS = 3
@@ -57,7 +57,7 @@ class RateProblem:
         return sorted(set(self.node.tolist()))
 
     def statuses(self, z: Array, before: np.ndarray) -> np.ndarray:
-        """(N,) statuses under a solution; nodes that are not at a bound keep theirs."""
+        """(N,) statuses under a solution; nodes that are not at a bound keep their status."""
         status = before.copy()
         status[self.node] = STICK
         status[self.free] = 1
@@ -92,7 +92,7 @@ def rate_problem(S: Array, f: Array, load_rate: Array, state: State, force: Arra
     kind = np.array([1, -1, OPEN])[column]
     opens = kind == OPEN
 
-    # Motions `[v, w]` of the pairs, and those that nothing restricts.
+    # Motions `[v, w]` of the pairs, and motions that nothing restricts.
     motion = np.where(opens, nodes + node, node)
     sense = np.where(opens, 1, kind)
     gaps = np.flatnonzero(gapped)
@@ -223,7 +223,8 @@ def _lemke(M: Array, c: Array, cover: Array) -> Array | None:
 def _pivot_row(tableau: Array, basis: np.ndarray, positive: np.ndarray, entering: int) -> int:
     """The row of the least ratio.
 
-    Of equal ratios it is the row of the artificial unknown, else the lexicographically least row.
+    Among rows of equal ratio, the row of the artificial unknown is taken, or else the
+    lexicographically least row.
 
     `positive` are the rows with a positive entry in the column that enters.
     """

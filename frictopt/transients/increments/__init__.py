@@ -1,9 +1,9 @@
 """An increment of load with friction.
 
-It is solved by sweeps (`sweeps.py`) and by Newton's method (`newton.py`): `by_newton.py` combines
-both. `increment.py` has the problem in dimensionless units, and its result. `programs.py` has the
-same increment as cvxpy problems to print and solve: with a frozen bound (form "qp"), with booleans
-("milp"), and by complementarity ("complementarity").
+The increment is solved by sweeps (`sweeps.py`) and by Newton's method (`newton.py`): `by_newton.py`
+combines both. `increment.py` has the problem in dimensionless units, and its result. `programs.py`
+has the same increment as cvxpy problems to print and solve: with a frozen bound (form "qp"), with
+booleans ("milp"), and by complementarity ("complementarity").
 """
 
 from .by_newton import NewtonIncrement

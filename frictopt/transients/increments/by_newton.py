@@ -57,7 +57,7 @@ class _Nodes:
         self._sizes = sizes
         self._gap = gap
         self._unit = unit
-        # Whether sweeps have failed once: then open nodes are eliminated.
+        # Whether sweeps have failed once. From then on, open nodes are eliminated.
         self.sweeps_failed = False
 
     def _moved(self, u: Array, r: Array, force: float) -> Moved | None:
@@ -201,8 +201,9 @@ class NewtonIncrement(_Nodes):
         """Solve one increment after the other, for several loads (M,), from `u` (M,) on.
 
         Yields `u = [v, w - g0]` (M,), reactions (M,) and status (N,) after each load. Raises the
-        errors of `solve`. Each increment begins with the reactions and gaps of the previous state.
-        After sweeps have failed once, open nodes are eliminated as long as they stay open.
+        errors of `solve`. The iteration of each increment begins with the gaps of the previous
+        state, and with its reactions plus the change of the load. After sweeps have failed once,
+        open nodes are eliminated as long as they stay open.
         """
         n = self.system.nodes
         for load in loads:
@@ -300,13 +301,13 @@ def _in_form(posed: Posed, found: Increment, form: str) -> Increment:
 class _Rest(_Nodes):
     """The nodes that remain if open nodes are eliminated.
 
-    Open nodes have no reactions, so their motions follow from those of the other nodes.
+    Open nodes have no reactions, so their motions follow from the motions of the other nodes.
     """
 
     def __init__(self, law: Law, gap: Array, unit: float, opened: Booleans) -> None:
         axes, remaining = len(law.augmentation), ~opened
         self.opened = opened
-        # Motions of the eliminated nodes, and of those that remain.
+        # Motions of the eliminated nodes, and of the nodes that remain.
         self._out = np.flatnonzero(np.tile(opened, axes))
         self._in = np.flatnonzero(np.tile(remaining, axes))
         block = law.S[np.ix_(self._out, self._out)]
@@ -318,7 +319,7 @@ class _Rest(_Nodes):
         self._carried = np.ascontiguousarray(cho_solve(self._factor, between).T)
         S = law.S[np.ix_(self._in, self._in)] - self._carried @ between
         size = np.diag(S).reshape(axes, -1)
-        # A stiffness that is rounding holds nothing.
+        # A stiffness as small as rounding holds nothing.
         before = law.augmentation[:, remaining]
         size = np.where(size > ROUNDING * before, size, before)
         reduced = Law(

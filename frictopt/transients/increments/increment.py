@@ -37,12 +37,13 @@ class Increment(Explained):
         Shear forces, in the shape of `slip`, and (N,) normal forces, compression positive: force
         per depth in the plane, force in space.
     status
-        (N,) 0: stick; 2: open; 1: slip, in the plane along +x, and -1 against it.
+        (N,) 0: stick; 2: open; 1: slip, in the plane along +x; -1 (only in the plane): slip against
+        +x.
     steps
         Number of Newton steps.
     record
         How the state was found. Its `residual`, at most 1e-9, is the largest violation of the
-        contact law by the forces and by the slip since the state before.
+        contact law by the forces and by the slip since the previous state.
     problem
         The cvxpy problem of the `form` of the call, in the units of the contact, with the answer as
         its values; None without a form.
@@ -97,8 +98,8 @@ class Increment(Explained):
 def force_scale(bonded: Array, reactions: Array) -> float:
     """The unit of force of an increment: the mean normal bonded reaction.
 
-    If next to no normal forces act, it is the mean size of all reactions. `bonded` (N,) are the
-    normal bonded reactions, and `reactions` (M,) all reactions without further motion.
+    If next to no normal forces act, the unit is the mean size of all reactions. `bonded` (N,) are
+    the normal bonded reactions, and `reactions` (M,) all reactions without further motion.
     """
     force = float(np.abs(bonded).sum()) / len(bonded)
     if force > _NO_FORCE * np.abs(reactions).max():
@@ -109,8 +110,8 @@ def force_scale(bonded: Array, reactions: Array) -> float:
 def sizes_of(S: Array, own_stiffness: Array) -> Array:
     """(t + 1, N) stiffness of each node against itself.
 
-    For its tangents it is the largest stiffness in any direction, and at least the stiffness of
-    each direction in `own_stiffness` (t + 1, N).
+    For the tangents of a node it is the largest stiffness in any tangential direction, and at least
+    the stiffness of each direction in `own_stiffness` (t + 1, N).
     """
     axes, n = own_stiffness.shape
     nodes = np.arange(n)
@@ -145,7 +146,7 @@ class Posed:
     def result(self, state: State, how: SolveRecord, residual: float | None = None) -> Increment:
         """The state in the units of the caller, with its record.
 
-        The check of the contact law computes its residual, unless it is given.
+        If `residual` is None, the check of the contact law computes it.
         """
         owner = self.owner
         system = owner.system

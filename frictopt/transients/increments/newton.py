@@ -5,7 +5,7 @@ With `[q, p] = trial + S u`, `u = [dv, w]` and any c, d > 0, the contact law is:
     p = max(p - c w, 0),     q = projection of (q - d dv) on |q| <= bound(max(p - c w, 0))
 
 The bound is the smallest of the linear terms of `contact/law.py`. The law is piecewise smooth:
-nodes that are open have q = p = 0, closed ones w = 0, sticking ones dv = 0, and slipping ones `q =
+open nodes have q = p = 0, closed nodes w = 0, sticking nodes dv = 0, and slipping nodes `q =
 bound(p) n` with n the direction of `q - d dv`. Newton's method with a line search steps on the
 piece that holds at the present motions. A node has one tangent in the plane and two in space.
 """
@@ -40,10 +40,10 @@ _IDLE_STEPS = 6
 class Law:
     """The dimensionless contact law of N nodes, M motions, t tangents.
 
-    `S` (M, M) is the stiffness over its scale. `slopes` and `constants` (J, N) are those of the
-    terms of the friction bound; the constants are in the unit of the forces. `augmentation`
-    (t + 1, N) has the d of the tangents and the c of each node, which are about as large as the
-    stiffness of the node.
+    `S` (M, M) is the stiffness over its scale. The friction bound has J terms with `slopes` and
+    `constants` (J, N); the constants are in the unit of the forces. `augmentation` (t + 1, N) has
+    the d of the tangents and the c of each node, which are about as large as the stiffness of the
+    node.
     """
 
     S: Array

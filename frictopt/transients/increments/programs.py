@@ -29,10 +29,12 @@ _TITLES = {
     "complementarity": "friction increment, complementarity",
     "milp": "friction increment, mixed-integer",
 }
-# Bounds of the motions and forces in a program with booleans, relative to the largest in the state.
-# Solvers satisfy booleans to a tolerance only: with larger bounds they become inaccurate.
+# Bounds of the motions and forces in a program with booleans, relative to the largest motion and
+# force in the state. Solvers satisfy booleans to a tolerance only: with larger bounds they become
+# inaccurate.
 _REACH = 1e3
-# Largest number of programs with frozen bounds, and change of the bounds that counts as none.
+# Largest number of programs with frozen bounds, and the change up to which bounds count as
+# unchanged.
 _MOST_PROGRAMS = 20
 _SETTLED = 1e-6
 
@@ -121,8 +123,8 @@ def _with_booleans(posed: Posed, found: Increment, step: Array) -> dict[str, Arr
 def frozen_bound(system: ContactSystem) -> cp.Problem:
     """The increment with a given friction bound g at each node, in the plane and in space.
 
-    Its optimality conditions are the contact law with g, the `bound`, in place of f p; the
-    multipliers of no_overlap are the pressures. Klarbring, Mikelic & Shillor 1988.
+    The optimality conditions of this program are the contact law with g, the `bound`, in place of f
+    p; the multipliers of no_overlap are the pressures. Klarbring, Mikelic & Shillor 1988.
     """
     n = system.nodes
     u = cp.Variable(len(system.S), name="u")
@@ -190,8 +192,8 @@ def exact(system: ContactSystem, friction: Array) -> cp.Problem:
 def complementarity(system: ContactSystem, friction: Array) -> cp.Problem:
     """The quadratic program of the complementarity problem, in the plane.
 
-    It is `min z' (M z + c), z >= 0, M z + c >= 0`. z are the slip steps along +x, those against it,
-    and the gaps. `M z + c` are f p + q, f p - q and p.
+    The program is `min z' (M z + c), z >= 0, M z + c >= 0`. z are the slip steps along +x, the slip
+    steps against +x, and the gaps. `M z + c` are f p + q, f p - q and p.
     """
     n = system.nodes
     A, B, C = system.A, system.B, system.C

@@ -1,7 +1,8 @@
 """An increment of load by compiled Gauss-Seidel sweeps over the nodes.
 
-Sweeps are quick if few nodes move; Newton's method goes on from there. The motions `u = [dv, w]` of
-an increment have t = 1 or 2 tangential parts at each node; its reactions are `r + S (u - start)`.
+Sweeps are quick if few nodes move; Newton's method goes on from the state that they reach. The
+motions `u = [dv, w]` of an increment have t = 1 or 2 tangential parts at each node; its reactions
+are `r + S (u - start)`.
 """
 
 # Numba decides by the file of the outermost function whether its compiled code is still valid. So
@@ -34,10 +35,11 @@ def reactions(S, still, u):
 def increment(S, slopes, constants, augmentation, stiffness, u, r, forces, status):
     """An increment by sweeps, alternately over all nodes and over the moving nodes.
 
-    It ends when the state obeys the law. The arguments are those of `sweep`; `augmentation` (t + 1,
-    N) is that of the law. `forces` (M,) and `status` (N,) receive the reactions and the statuses:
-    slipping nodes are exactly on their bound, open nodes have no reactions. Returns the largest
-    violation of the contact law, see `off_law`; inf if a number is not finite.
+    The sweeps end when the state obeys the law. The first arguments are explained at `sweep`;
+    `augmentation` (t + 1, N) at `Law` in `newton.py`. `forces` (M,) and `status` (N,) receive the
+    reactions and the statuses: slipping nodes are exactly on their bound, open nodes have no
+    reactions. Returns the largest violation of the contact law, see `off_law`; inf if a number is
+    not finite.
     """
     still, residual = reactions(S, r, -u), np.inf
     for _ in range(10):
@@ -56,14 +58,14 @@ def increment(S, slopes, constants, augmentation, stiffness, u, r, forces, statu
 def sweep(S, slopes, constants, stiffness, u, r, most, enough, relax):
     """Gauss-Seidel on the projected law of one increment: each node in turn moves to obey it.
 
-    Nodes that stick need only a check (Jourdan, Alart & Jean 1998). S (M, M) is the stiffness,
-    `slopes` and `constants` (J, N) those of the terms of the bound. `stiffness` (t + 1, N) is
-    positive: for the tangents at least the largest stiffness of the node in any tangential
+    Nodes that stick need only a check (Jourdan, Alart & Jean 1998). S (M, M) is the stiffness;
+    `slopes` and `constants` (J, N) belong to the terms of the friction bound. `stiffness` (t + 1,
+    N) is positive: for the tangents at least the largest stiffness of the node in any tangential
     direction, and its normal stiffness. Slip increments and gaps u and reactions r, (M,), are
     changed in place, in at most `most` sweeps, until corrections of forces are at most `enough`.
-    `relax` is the share of the missing slip by which a slip changes. With 1 the node then obeys the
-    law; with a little more, fewer sweeps are needed. Returns the largest correction of the last
-    sweep.
+    `relax` is the share of the missing slip by which a slip changes. If it is 1, the node then
+    obeys the law; if it is a little more, fewer sweeps are needed. Returns the largest correction
+    of the last sweep.
     """
     nodes, tangents, largest = slopes.shape[1], len(stiffness) - 1, np.inf
     wanted = np.empty(tangents)
@@ -190,7 +192,7 @@ def _take_piece(slopes, constants, augmentation, u, r, status):
 
 @inner
 def _put_on_law(slopes, constants, augmentation, u, r, forces, status):
-    """Write the reactions, with slipping nodes on their bound and open ones without any.
+    """Write the reactions: slipping nodes are on their bound, open nodes have none.
 
     Slip against +x in the plane gets the status -1. Returns the residual of the law and of the
     equilibrium.

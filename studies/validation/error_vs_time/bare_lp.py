@@ -103,7 +103,7 @@ def highs_cost(solver: Any) -> float:
 
 
 def highs_vertex(solver: Any) -> Array:
-    """Rows that hold as equations at the vertex of HiGHS."""
+    """Rows that hold as equations at the vertex that HiGHS finds."""
     basic = installed("highspy").HighsBasisStatus.kBasic
     return np.array(
         [row for row, status in enumerate(solver.getBasis().row_status) if status != basic],

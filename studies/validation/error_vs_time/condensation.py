@@ -110,8 +110,9 @@ def corner_exponent(system: fo.ContactSystem, corner_size: float) -> float:
 
     P and Q are the normal and shear forces between the corner and the distance r. The ratio r2 of
     shear to pressure of the weaker mode removes this mode: `P r2 - Q` contains only the stronger
-    mode, and grows as a power of r. Its exponent is fitted from half to twice the geometric mean of
-    corner element and half-width a. This range has many elements and is close to the corner.
+    mode, and grows as a power of r. The exponent is fitted from half to twice the geometric mean of
+    the size of the corner element and the half-width a. This range has many elements and is close
+    to the corner.
     """
     q, p = system.bonded["P"]
     r = (system.x[1:] + system.x[:-1]) / 2 - system.x[0]

@@ -75,7 +75,7 @@ def exact_largest_margin(system: fo.ContactSystem, friction: float, load_factor:
 
 
 def _largest(*program: Array) -> float:
-    """Largest z of `slips v + last z >= right`, from the vertex of HiGHS."""
+    """Largest z of `slips v + last z >= right`, from the vertex that HiGHS finds."""
     slips, last, right = (
         values.astype(float) / np.abs(values.astype(float)).max() for values in program
     )

@@ -56,7 +56,7 @@ class Parameters:
     # Numbers of cells across the contact of a sphere.
     sphere_cells: tuple[int, ...] = (8, 12, 16, 20)
     region_tolerances: tuple[float, ...] = (1e-1, 1e-2, 1e-3)
-    # Numbers of increments per segment of limits after a protocol and of ranges.
+    # Numbers of increments per segment, for limits after a protocol and for ranges.
     search_steps: tuple[int, ...] = (4, 8, 16)
 
 

@@ -4,7 +4,7 @@ Run with `python -m studies error_vs_time [--quick]`; it writes its tables and p
 form. Each computation has several settings of its accuracy. Errors are measured against references
 that are independent of the package: closed forms, linear programs and increments in rational
 arithmetic, elimination in extended precision, and for the mesh the singular exponents of the
-corner. Its times depend on the machine. To add a computation, write a function that yields its
+corner. The times depend on the machine. To add a computation, write a function that yields its
 `Question`, and call it in `questions`.
 """
 

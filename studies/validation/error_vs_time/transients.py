@@ -79,7 +79,7 @@ def cylinders(parameters: Parameters) -> Iterator[Question]:
 def start_slip(parameters: Parameters, system: fo.ContactSystem) -> Array:
     """(N,) initial slip: random coefficients of the six lowest Chebyshev polynomials.
 
-    They are multiplied by the amplitude `start` of the parameters.
+    The coefficients are multiplied by the amplitude `start` of the parameters.
     """
     modes = np.polynomial.chebyshev.chebvander(system.x / system.x[-1], 6)[:, 1:]
     coefficients = np.random.default_rng(parameters.seed).normal(size=modes.shape[1])
@@ -166,7 +166,7 @@ def last_work(path: fo.results.Trajectory) -> float:
 
 
 def _energy_error(path: fo.results.Trajectory) -> float:
-    """Largest error of the energy of a path over the work."""
+    """Largest error of the energy of a path, divided by the work."""
     return float(np.abs(path.energy_error).max()) / last_work(path)
 
 

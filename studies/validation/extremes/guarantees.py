@@ -1,6 +1,6 @@
 """The guaranteed limit for extreme input.
 
-It is compared with plain linear programs, or with the limit in other units or without
+Each limit is compared with plain linear programs, or with the limit in other units or without
 simplification.
 """
 

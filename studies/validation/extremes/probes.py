@@ -74,8 +74,8 @@ class Probe:
     reference
         Source of the independent number.
     tolerance
-        Relative error above which an answer is wrong. It is inf if the error only shows the
-        accuracy of the mesh, and is reported.
+        Relative error above which an answer is wrong. The tolerance is inf if the error is the
+        error of the mesh, which is only reported.
     floor
         Smallest size to which an error is relative.
     """

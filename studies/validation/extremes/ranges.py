@@ -1,6 +1,6 @@
 """Questions about all starts, with extreme input.
 
-They are the range of dissipation, the least slip, and the limit after a protocol.
+The questions are the range of dissipation, the least slip, and the limit after a protocol.
 """
 
 from collections.abc import Iterator

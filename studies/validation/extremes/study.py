@@ -1,7 +1,7 @@
 """Extreme friction, stiffness, Poisson's ratio, meshes, units, loads and sizes.
 
-Each answer is compared with an independent one. Run with `python -m studies extremes [--quick]`; it prints a short table in Markdown. Only the
-column of seconds depends on the machine.
+Each answer is compared with an independent answer. Run with `python -m studies extremes [--quick]`;
+it prints a short table in Markdown. Only the column of seconds depends on the machine.
 """
 
 import time

@@ -123,7 +123,7 @@ def _meshed(nodes: int, material: int) -> tuple[Any, Any, Any]:
 def _loads(rng: np.random.Generator, nodes: int) -> tuple[Any, Any, list[tuple[Any, Any]]]:
     """Reactions of the mean load, and of the two cyclic load cases.
 
-    Some reactions pull. Others are rounded, so that they meet bounds exactly.
+    Some reactions pull. Some cases have rounded reactions, which meet bounds exactly.
     """
     q0 = rng.choice([0.0, 0.1, 0.5]) * rng.normal(size=nodes)
     p0 = rng.uniform(0.5, 1.5, nodes)

@@ -27,7 +27,8 @@ from studies.validation.open_sets import largest_with_open
 
 # Number of increments within the shortest stretch between two events of the path.
 _WITHIN_STRETCH = 4
-# Shortest stretch, in segments of the load cycle, that is divided into this number of increments.
+# Shortest stretch, in segments of the load cycle, that is divided into `_WITHIN_STRETCH`
+# increments.
 _SHORT = 1e-4
 # Numbers of increments per segment. They have no common divisors, so that they do not all miss the
 # same event.
@@ -206,7 +207,7 @@ def _path(known: Known) -> tuple[float, bool]:
     """Compare the energy and the work of the exact path, and the path with increments.
 
     The increments try all combinations of node statuses, so only contacts of few nodes have them.
-    They must approach the path as they get smaller.
+    As the increments get smaller, they must approach the path.
     """
     case = known.case
     cycles = 2

@@ -177,7 +177,8 @@ def safe_region(subject: Embedded) -> Answered:
 def least_slip(subject: Embedded) -> Answered:
     """Compare the proven sums of the weighted slips.
 
-    The mechanism of each limit proves its sum, so they may differ by the gap of the limit in space.
+    The mechanism of each limit proves its sum, so the two sums may differ by the gap of the limit
+    in space.
     """
     limit = subject.limit_in_space
     if not subject.finite or (limit.open != subject.answered_limit.open).any():
@@ -185,8 +186,8 @@ def least_slip(subject: Embedded) -> Answered:
     factor = 1.5 * subject.answered_limit.load_factor
     solid = limit.least_slip(factor)
     plane = subject.answered_limit.least_slip(factor)
-    # The bound is proportional to the excess over the limit, which is half the limit. An error of
-    # the limit therefore counts twice.
+    # The bound is proportional to the excess of the load factor over the limit, and this excess is
+    # half the limit. An error of the limit therefore counts twice.
     gap = 1 - limit.load_factor / limit.bound
     same("the bound is", solid.bound, plane.bound, _SAME * 10 + 2 * gap, _SAME)
     return solid.residual, True

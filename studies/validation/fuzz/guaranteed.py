@@ -83,8 +83,8 @@ def guaranteed(known: Known) -> tuple[float, bool]:
 def _against_sequences(known: Known, limit: fo.results.GuaranteedLimit) -> None:
     """Compare the limit with periodic sequences of increments with all nodes closed.
 
-    No sequence may dissipate below the limit, and one must dissipate at it. Only contacts of few
-    nodes and corners are compared.
+    No sequence may dissipate below the limit, and some sequence must dissipate at the limit. Only
+    contacts of few nodes and corners are compared.
     """
     system, cycle, friction = known.args
     if system.nodes > _FEW or len(cycle.corners) > _FEW:
@@ -170,7 +170,7 @@ def _dies_out_below(known: Known, limit: fo.results.GuaranteedLimit, check: Guar
 def _above(known: Known, limit: fo.results.GuaranteedLimit) -> float:
     """The load factor, relative to the limit, at which slip of a transient can be seen.
 
-    It is larger than 1.02 if 1.02 changes the forces of the node too little.
+    This ratio is larger than 1.02 if 1.02 changes the forces of the node too little.
     """
     if limit.node is None or limit.load_factor == 0:
         return _ABOVE

@@ -45,7 +45,8 @@ def limits_of_sets(known: Known) -> tuple[float, bool]:
         beyond = largest_up_to(2 * limit.load_factor)
         if beyond is None or beyond[0] <= limit.load_factor * (1 + _ALIKE):
             continue
-        # This set has a larger limit. It is better only if it is safe at the limit itself, too.
+        # This set has a larger limit. The set is better only if it is safe at the limit itself,
+        # too.
         at_limit = largest_up_to(limit.load_factor)
         if at_limit is not None and at_limit[0] > limit.load_factor * (1 - _ALIKE):
             raise Missed(

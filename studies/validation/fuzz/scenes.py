@@ -70,8 +70,9 @@ def _start(rng: np.random.Generator, system: fo.ContactSystem, symmetric: bool) 
 def _corners(rng: np.random.Generator, cases: int) -> Any:
     """(K, cases) amplitudes of the cyclic load cases.
 
-    There are four kinds: symmetric loads with an unsymmetric end, the same with a return to zero,
-    a first load case on a straight path there and back while the others turn, and any loads.
+    There are four kinds: symmetric loads with an unsymmetric end; such loads with a return to zero;
+    loads whose first load case goes there and back on a straight path while the other load cases
+    turn; and any loads.
     """
     number = int(rng.integers(2, 6))
     first = np.eye(cases)[0]

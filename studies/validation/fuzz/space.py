@@ -113,10 +113,10 @@ def _least(subject: _SpatialSubject) -> tuple[float, bool]:
 
 
 def _guaranteed(subject: _SpatialSubject) -> tuple[float, bool]:
-    """Compare the guaranteed limit with critical states by polygons, and with an equal question.
+    """Compare the guaranteed limit with critical states by polygons, and with an equivalent question.
 
-    Only contacts of few nodes are compared with polygons. The equal question has the corners in
-    reverse order, one more corner within their hull, and no simplification.
+    Only contacts of few nodes are compared with polygons. The equivalent question has the corners
+    in reverse order, one more corner within their hull, and no simplification.
     """
     system, cycle, f = subject.args
     limit = fo.guaranteed_limit(system, cycle, f)
@@ -201,7 +201,7 @@ def _safe_start(subject: _SpatialSubject) -> tuple[float, bool]:
 
 
 def _turned(subject: _SpatialSubject) -> tuple[float, bool]:
-    """Compare both limits with the limits of the same contact in another description.
+    """Compare the shakedown and the guaranteed limit with the limits of the contact in another description.
 
     The tangents of each node are turned, and the nodes and the corners have another order.
     """

@@ -1,9 +1,9 @@
-"""Thousands of random contacts, whose answers are compared with independent ones.
+"""Thousands of random contacts, whose answers are compared with independent answers.
 
-frictopt must agree with the independent answer, or raise an error that names a remedy. Run with
-`python -m studies fuzz [--quick] [--cases N] [--seed S] [--only answers | differential | space |
-sliding]`. It prints wrong answers with their seeds, and the counts in Markdown; its exit status is
-1 if any answer is wrong. Without a seed it draws a new one and prints it, so each run tests new
+Each answer agrees with the independent answer, or is an error of frictopt that names a remedy. Run
+with `python -m studies fuzz [--quick] [--cases N] [--seed S] [--only answers | differential | space
+| sliding]`. It prints wrong answers with their seeds, and the counts in Markdown; its exit status
+is 1 if any answer is wrong. Without a seed it draws a new one and prints it, so each run tests new
 cases; a quick run always has the same seed. The part "answers" has small contacts, ordinary and
 extreme. The part "differential" has contacts of 3 to 130 nodes, each solved in two equivalent
 descriptions. The part "space" has contacts in three dimensions, the part "sliding" bodies that

@@ -14,7 +14,7 @@ class Parameters:
     tamaas_cells, tamaas_radii
         Cells along the periodic box, and radii of the contact over the side of the box.
     tamaas_iterations, siconos_iterations
-        Largest numbers of iterations, for Siconos of one increment.
+        Largest numbers of iterations of tamaas, and of Siconos in one increment.
     cylinder_cells, cylinder_steps
         Cells of the cylinder, and its increments per segment.
     block_elements, kratos_increments

@@ -94,7 +94,7 @@ class Arrays:
         return -float(program.cost @ answer.x)
 
     def methods(self, exact: float, tolerances: tuple[float, ...]) -> Iterator[Method]:
-        """The solvers, HiGHS with two settings and the others at these tolerances."""
+        """The calls of the solvers: HiGHS with two settings, Clarabel and OSQP at these tolerances."""
         error = relative(exact, float)
         for name, options in (("dual simplex", {}), ("primal simplex, no presolve", SIMPLEX)):
             run = partial(self.highs, options)

@@ -86,7 +86,7 @@ class Pythons:
         return _run(query, "", 60.0).stdout.strip() if shutil.which("dpkg-query") else ""
 
     def answer(self, peer: Peer, asked: Mapping[str, Any], seconds: float) -> dict[str, Any]:
-        """The answer of the program of a peer to a question, both as JSON.
+        """The answer of a peer's program to a question; question and answer are JSON.
 
         Raises
         ------

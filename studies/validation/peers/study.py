@@ -89,7 +89,7 @@ def _cost(row: Any) -> tuple[str, str]:
 
 
 def _beside(row: Any) -> str:
-    """Time over the time of the fastest answer of frictopt that is as exact."""
+    """Time divided by the time of the fastest answer of frictopt that is as exact."""
     if row.code == OURS or row.result != "answer":
         return ""
     if np.isinf(row.ours):

@@ -2,7 +2,7 @@
 
 This Python need not have frictopt. The program reads one question as JSON and writes the answer as
 JSON, see `programs`. Each increment is one call of a driver of Siconos, with the matrices and loads
-of frictopt. It starts from the slip of the increment before.
+of frictopt. The call starts from the slip after the previous increment.
 """
 
 import json
