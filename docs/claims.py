@@ -1,8 +1,9 @@
 """The sections of `claims.md`: `python docs/claims.py` writes them anew.
 
-The text of a sentence stands in `frictopt/limits`. Its source and its tests stand here, because no
-user needs them at run time. What it assumes stands below its text, or here if sentences share it.
-To add a sentence, write it and its assumption there, give it a claim here, and run this file.
+The text of a sentence, and below it its assumption, are in `frictopt/limits`. The source and the
+tests of the sentence are here, because no user needs them at run time. An assumption that several
+sentences share is here, too. To add a sentence, write it with its assumption in `frictopt/limits`,
+give it a claim in this file, and run this file.
 `tests/repository/test_claims.py` fails for a sentence without a claim, assumption or test.
 """
 
@@ -23,10 +24,11 @@ PAGE = Path(__file__).with_name("claims.md")
 class Claim:
     """A section of the page.
 
-    `sentences` are names `room.file.NAME` of sentences in `frictopt/limits`. `also` is what claims the
-    same elsewhere: attributes, pages, errors. `by` names the result that says them, and then other
-    places. If `holds_if` is empty, the section has what its sentences assume. The head of the page
-    describes the default of `source`, so sections with this source do not name it.
+    `sentences` are names `room.file.NAME` of sentences in `frictopt/limits`. `also` has the words
+    with which attributes, pages and errors claim the same. `by` names the result whose reason has
+    the sentences, and then other places that claim the same. If `holds_if` is empty, the section
+    has the assumptions of its sentences. A section with the default `source` does not name its
+    source, because the head of the page describes it.
     """
 
     sentences: str
@@ -42,7 +44,7 @@ class Claim:
         return [shortened(text_of(name)) for name in self.sentences.split()]
 
     def section(self, number: int) -> str:
-        """The section: its sentences as a quotation, and below them what each reader looks for."""
+        """The section: its sentences as a quotation, and below them conditions, source and tests."""
         said = [sentence.strip(" ;") for sentence in (*self.texts, self.also) if sentence]
         assumed = [ASSUMED.get(name, "") for name in self.sentences.split()]
         first, _, others = self.by.partition(", ")
@@ -60,7 +62,7 @@ class Claim:
 
 
 def assumptions() -> dict[str, str]:
-    """Name -> assumption of each sentence of `sentences.py`: the text below it."""
+    """Name -> assumption of each sentence of `sentences.py`: the string below the sentence."""
     found = {}
     for assigned, text in pairwise(ast.parse(inspect.getsource(sentences)).body):
         if isinstance(assigned, ast.Assign) and isinstance(text, ast.Expr):
@@ -89,7 +91,7 @@ CLAIMS = (
     Claim(
         "answers.sentences.HIGHEST",
         by="`ShakedownLimit`, README, index, checked, theory, glossary, validity",
-        holds_if="at every load corner the nodes of `limit.open` are open and all others closed; the nodes of `limit.events` open and close in this order",
+        holds_if="at every load corner the nodes of `limit.open` are open and all other nodes closed; if `limit.events` lists nodes, these nodes open and close in its order",
         source='multipliers (theory, eq. (8); "Nodes that open and close in each cycle")',
         tests="test_claims::test_a_closed_contact_rests_above_its_bound_with_nodes_that_open_and_close test_claims::test_with_other_nodes_open_a_contact_rests_above_its_bound test_lift_off::test_a_pin_rests_though_its_sides_lift_off_in_each_cycle",
         also='`bound`; "from both sides"',
@@ -144,13 +146,13 @@ CLAIMS = (
         "",
         also="states of rest with … all through the cycle; with other nodes open, or nodes that open and close, the contact may shake down above it; states of rest with …; with other nodes, or in another order, the contact may shake down above it; `covers`",
         by="`ShakedownLimit`",
-        holds_if="the nodes of `limit.open` stay open, all others closed",
+        holds_if="the nodes of `limit.open` stay open, and all other nodes stay closed",
         tests="test_set_search::test_a_node_that_the_corners_lift_rests_open_far_above_the_limit_which_no_search_near_it_finds",
     ),
     Claim(
         "answers.sentences.NOTHING_SAFE answers.sentences.NO_FRICTION answers.sentences.NO_PRESSURE",
         by="`ShakedownLimit`",
-        holds_if="the same nodes are closed; if nodes open and close, the contact may shake down",
+        holds_if="the same nodes are closed at all corners; if nodes open and close in each cycle, the contact may shake down",
         tests="test_claims::test_where_nothing_is_safe_nothing_is_proven_of_starts test_spatial_embedded::test_a_node_that_alone_keeps_the_limit_at_zero_is_named",
     ),
     Claim(
@@ -161,15 +163,15 @@ CLAIMS = (
     Claim(
         "answers.sentences.UNSAFE_BELOW",
         by="`ShakedownLimit`, `least` of `GuaranteedLimit` and `Design`",
-        holds_if="the same nodes are closed; then slip, opening or touching continues from every start below this load factor",
+        holds_if="the same nodes are closed at all corners; then, below this load factor, slip, opening or touching continues from every start",
         tests="test_least_load::test_two_uncoupled_nodes_by_hand",
         also="`least`",
     ),
     Claim(
         "answers.sentences.NOT_HIGHER_WITH_OTHERS_OPEN",
         by="`ShakedownLimit`, validity, faq, theory",
-        holds_if="the closed nodes of a set hold its open nodes; sets that are not safe at the limit do not count; if nodes open and close, the contact may shake down above the limit",
-        source='multipliers of each branch (theory, "All sets")',
+        holds_if="the closed nodes of a set keep its open nodes from moving freely; sets that are not safe at the limit do not count; if nodes open and close in each cycle, the contact may shake down above the limit",
+        source='multipliers of each branch of the search (theory, "All sets")',
         tests="test_all_sets::test_no_set_of_a_small_contact_in_the_plane_is_better test_all_sets::test_limits_above_load_factors_that_are_not_safe_are_separate",
         also="`best_of_all`, `bound_of_sets`",
     ),
@@ -182,7 +184,7 @@ CLAIMS = (
     Claim(
         "answers.sentences.INFINITE",
         by="`ShakedownLimit`",
-        holds_if="always: each slip obeys the contact law. It may be larger than assembly can leave",
+        holds_if="always: each safe slip obeys the contact law, but it may be larger than assembly can leave",
         source='a safe slip, and a direction in which the load factor grows without bound (theory, "The arrays of a program")',
         tests="test_least_load::test_one_node_without_a_largest_load_factor",
     ),
@@ -205,7 +207,7 @@ CLAIMS = (
     ),
     Claim(
         "",
-        also="what slip and gaps make in every cycle, from every start",
+        also="a lower bound of slip and gaps in every cycle, from every start",
         by="`LeastSlip`, `least_slip`, theory",
         holds_if="open nodes carry no force; for `total`, which counts slip alone, all nodes stay closed",
         source="multipliers (theory, eq. (20))",
@@ -237,7 +239,7 @@ CLAIMS = (
     Claim(
         "answers.sentences.ENOUGH_WITH_EVENTS",
         by="`RequiredFriction`",
-        source="checked in each run, and the search",
+        source="the contact law for `slip`, checked in each run; the search for less friction",
         tests="test_lift_off_questions::test_required_friction_agrees_with_the_limit_from_both_sides",
     ),
     Claim(
@@ -264,8 +266,8 @@ CLAIMS = (
     Claim(
         "answers.sentences.NO_OTHER_DESIGNS_OPEN",
         by="`Design`",
-        holds_if="the closed nodes of a set hold its open nodes; all nodes stay open or closed all through the cycle",
-        source='multipliers of each branch (theory, "All sets")',
+        holds_if="the closed nodes of a set keep its open nodes from moving freely; each node stays open or stays closed all through the cycle",
+        source='multipliers of each branch of the search (theory, "All sets")',
         tests="test_design_opens::test_a_relaxed_constraint_never_lowers_a_design",
     ),
     Claim(
@@ -308,7 +310,7 @@ CLAIMS = (
     ),
     Claim(
         "",
-        also="the sentences above are not used if only the closed nodes are uncoupled, or if f B = 0 but B is not",
+        also="the sentences of the last section are not used if only the closed nodes are uncoupled, or if f B = 0 but B is not zero",
         by="`GuaranteedLimit`",
         holds_if="always: a start may close an open node, or open a node without friction, which then couples other nodes",
         source="transients",
@@ -332,23 +334,23 @@ CLAIMS = (
     Claim(
         "answers.sentences.LIFTING",
         by="`GuaranteedLimit`",
-        source="transients: some starts do",
+        source="transients from some starts do slip for ever",
         tests="test_open_nodes::test_starts_from_which_nodes_open_and_close_slip_for_ever_below_a_guaranteed_limit",
     ),
     Claim(
         "",
-        also="what wears off, `proven`",
+        also="the depths that wear off in the end; `proven`",
         by="`worn_in`, `WornIn`, validity",
-        holds_if="B = 0, A = alpha C, one friction, and loads on a line; other contacts are refused",
+        holds_if="B = 0, A = alpha C, one coefficient of friction, and loads on a line; other contacts are refused",
         source="theory, eq. of the worn-in profile",
         tests="test_worn_in::test_simulated_wear_ends_there",
     ),
     Claim(
         "",
-        also="damping is zero from every start below the guaranteed limit, and from none above the shakedown limit",
+        also="damping is zero from every start below the guaranteed limit, and from no start above the shakedown limit",
         by="`BackboneCurve`, `backbone_curve`, theory",
         holds_if="nodes stay closed and have friction; below the guaranteed limit it is a theorem only if `proven` is true",
-        source="the limits",
+        source="the sentences about both limits",
         tests="test_backbone::test_damping_below_the_guaranteed_limit_where_a_node_opens_and_closes",
     ),
     Claim(
@@ -367,7 +369,7 @@ CLAIMS = (
     Claim(
         "answers.sentences.ALL_BALANCED",
         by="`GrossSlip`",
-        source="such forces, and a direction in which the load factor grows without bound",
+        source="forces that balance the loads, and a direction in which the load factor grows without bound",
         tests="test_gross_slip::test_random_faces_in_the_plane_agree_with_scipy",
     ),
     Claim(
@@ -387,28 +389,28 @@ CLAIMS = (
     Claim(
         "answers.sentences.SLIPS_AT_ANY answers.sentences.SLIPS_BUT_AT_ONE answers.sentences.CLOSES_OTHERWISE",
         by="`ShakedownLimit`",
-        holds_if="B = 0 and scaled shear, as above; in the equations of the rim, more than 1e-9 of the cyclic shear remains",
+        holds_if="B = 0, and the load factor scales shear alone; the best solution of the equations of the rim leaves more than 1e-9 of the cyclic shear",
         source="theorem (theory, eq. of the rim), and least squares",
         tests="test_moving_areas::test_a_phase_leaves_no_limit_and_its_transients_slip test_moving_areas::test_held_shear_that_differs_leaves_all_load_factors_or_one_or_none",
     ),
     Claim(
         "answers.sentences.FROM_EVERY_START",
         by="`ShakedownLimit`",
-        holds_if="B = 0 and scaled shear, as above; supports hold the bodies",
+        holds_if="B = 0, the load factor scales shear alone, and supports hold the bodies",
         source="theorem (theory, uncoupled contacts that lift off)",
         tests="test_moving_areas::test_random_contacts_rest_just_below_and_slip_just_above_from_every_start",
     ),
     Claim(
         "answers.sentences.NO_STATE_OF_REST answers.sentences.TOO_LITTLE_PRESSURE",
         by="`ShakedownLimit`",
-        holds_if="B = 0 and scaled shear, as above; no slip is safe in the program of all states of rest",
+        holds_if="B = 0, and the load factor scales shear alone; no slip is safe in the program of all states of rest",
         tests="test_moving_areas::test_held_shear_that_differs_leaves_all_load_factors_or_one_or_none",
     ),
     Claim(
         "answers.sentences.LAST_REST answers.sentences.IN_THIS_ORDER answers.sentences.IN_ANOTHER_ORDER answers.sentences.CLOSES_ABOVE answers.sentences.LIFTED_OFF",
         by="`ShakedownLimit`, theory, validity",
-        holds_if="B = 0 up to rounding; all nodes have friction; the same fixed loads at all load corners; no slip bound, user constraints or `open_nodes`; no piece of load factors is shorter than 1e-6 of the sum of the load factor and its unit",
-        source='theorem (theory, "Normal loads that are scaled, too"), and multipliers in each piece',
+        holds_if="B = 0 up to rounding; all nodes have friction; the same fixed loads at all load corners; no slip bound, user constraints or `open_nodes`; no interval of load factors with one order of opening and closing is shorter than 1e-6 of the load factor plus its unit",
+        source='theorem (theory, "Normal loads that are scaled, too"), and multipliers in each of these intervals',
         tests="test_rest_intervals::test_random_contacts_rest_inside_of_their_intervals_and_slip_outside test_rest_intervals::test_in_phase_a_cylinder_rests_up_to_gross_slip test_rest_intervals::test_with_a_phase_a_cylinder_slips_from_the_load_on_at_which_its_first_node_opens test_rest_intervals::test_a_body_that_lifts_off_ends_the_load_factors",
         also="states of rest just above it, for all openings and closings; `covers`, `intervals`",
     ),
@@ -428,13 +430,13 @@ CLAIMS = (
         "",
         also="by a theorem: the load from equilibrium never falls with friction, and is a concave function of the preloads",
         by="`Report`, `report`, validity, tutorial/report",
-        holds_if="no contact forces balance themselves; otherwise transients at the corners of the ranges are followed, and no theorem is claimed",
+        holds_if="no contact forces are in balance without loads; otherwise transients at the corners of the ranges are followed, and no theorem is claimed",
         source='forces within friction are a convex cone that grows with friction (validity, "Scatter")',
         tests="test_sheet::test_no_input_in_the_ranges_is_worse_against_gross_slip",
     ),
     Claim(
         "",
-        also="the range of the work of friction over starts; what each start ends in",
+        also="the range of the work of friction over all starts; the steady state of each start",
         by="`dissipation_range`, `dissipation_study`",
         holds_if="found by a search, not proven: another start may dissipate more or less",
         source="transients",
@@ -482,7 +484,7 @@ CLAIMS = (
 
 
 def page(text: str) -> str:
-    """The page with its sections made anew: all of it from the first section on."""
+    """The text of the page, in which all sections are made anew and the head is kept."""
     head = text.partition("## ")[0]
     return head + "\n".join(claim.section(number) for number, claim in enumerate(CLAIMS, start=1))
 

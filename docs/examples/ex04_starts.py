@@ -2,7 +2,8 @@
 Below the limit the start decides
 =================================
 
-With the same contact and the same load, slip stops from some starts and goes on for ever from others.
+With the same contact and the same load, slip stops from some starts, and never stops from other
+starts.
 """
 
 import frictopt as fo
@@ -24,7 +25,8 @@ table = fo.dissipation_study(
 fo.plot_study(table)
 
 # %%
-# Count the outcomes at each load, as a share of the shakedown limit.
+# Count the outcomes at each load factor. The table has load factors divided by the shakedown
+# limit.
 
 table["of the limit"] = table["load_ratio"].round(2)
 print(table.groupby(["of the limit", "outcome"]).size().unstack(fill_value=0))

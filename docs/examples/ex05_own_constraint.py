@@ -1,6 +1,6 @@
 """
-A constraint of your own
-========================
+A user constraint
+=================
 
 The limits are cvxpy problems in your units. You can add constraints that state what you know of the
 joint: here, how much slip its assembly can leave.

@@ -32,8 +32,8 @@ model = fo.fem.ContactModel(
 model.plot()
 
 # %%
-# The limit is the largest stress in the block, in units of 10 MPa, with which the foot can stop
-# slipping.
+# At load factor 1 the stress in the block changes between -10 and 10 MPa. The limit is the largest
+# load factor with which the foot can stop slipping.
 
 cycle = fo.LoadCycle(mean={"press": 1.0}, corners=[{"stretch": 1.0}, {"stretch": -1.0}])
 limit = fo.shakedown_limit(model.condense(), cycle, friction=0.5)

@@ -3,7 +3,7 @@ A dovetail root
 ===============
 
 How much may the pull on a blade vary, for three angles of its flanks? The flanks lock if the friction
-is the cotangent of their angle.
+is at least the cotangent of their angle.
 """
 
 import matplotlib.pyplot as plt

@@ -28,8 +28,8 @@ ax.set(
 ax.legend()
 
 # %%
-# Each side of a polygon belongs to a slip mechanism, and is proven. Which nodes govern the amplitudes
-# with the least friction?
+# Each side of a polygon belongs to a slip mechanism, and is proven. Which nodes govern the
+# amplitudes for the lowest friction, f = 0.1?
 
 region.plot()
 

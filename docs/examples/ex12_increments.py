@@ -28,7 +28,7 @@ ax.loglog(steps, errors, "o-")
 ax.set(xlabel="increments from corner to corner", ylabel="error of the work of friction")
 
 # %%
-# ``explain`` describes one increment, as a convex program with a frozen friction bound.
+# ``explain`` describes one increment, as a convex program with constant friction bounds.
 
 increment = fo.increments.NewtonIncrement(system, friction=0.7)
 load = system.reaction({"P": 1.0, "sigma": 3.0})

@@ -2,8 +2,8 @@
 A rounded punch, open at its edges
 ==================================
 
-If no slip keeps all nodes closed, the shakedown limit searches for the nodes that stay open. The
-search begins near the set of nodes that the mean load opens.
+If no slip keeps all nodes closed, ``shakedown_limit`` searches for the nodes that stay open. The
+search begins with the nodes that the mean load opens.
 """
 
 import frictopt as fo

@@ -2,9 +2,9 @@
 The backbone curve of a joint
 =============================
 
-A load shakes a joint. With the amplitude, the work of friction and the slipping share grow, and the
-stiffness falls. Damping depends on the residual slip from assembly. With the load of a mode
-(`Modes.load`) and its `natural_frequency`, the curve has the frequency, too.
+A load shakes a joint. As its amplitude grows, the work of friction and the slipping share grow, and
+the stiffness falls. Damping depends on the residual slip from assembly. If the load excites a mode
+(`Modes.load`) and its `natural_frequency` is passed, the curve has the frequency, too.
 """
 
 import numpy as np
@@ -21,14 +21,14 @@ curve.plot()
 
 # %%
 # At which load does a fifth of the contact slip? Transients between two load factors of the curve
-# find the least such load. The result is the steady state there.
+# find the least such load. The result is the steady state at this load.
 
 fifth = curve.load_at(slipping=0.2)
 print(fifth.load_factor, fifth.slipping_share)
 print(fifth.by_contact().T)
 
 # %%
-# The hysteresis loop of the load in one steady cycle: its area is the work of friction.
+# This is the hysteresis loop of the load in one steady cycle. Its area is the work of friction.
 
 steady = fo.steady_state(system, cycle, friction=0.6, load_factor=3.0)
 loop = steady.loop("sigma")

@@ -17,7 +17,7 @@ print(history)
 history.plot()
 
 # %%
-# If both bodies have one material, the final profile is known without following the wear.
+# If both bodies are of the same material, the final profile is known without following the wear.
 
 end = fo.joints.worn_in(cylinder, cycle, friction=0.5, load_factor=100.0)
 print(end)

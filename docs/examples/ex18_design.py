@@ -27,8 +27,8 @@ ax.plot(depths, limits, "o-")
 ax.set(xlabel="largest depth", ylabel=r"shakedown limit $\lambda_2$")
 
 # %%
-# The design with its profile is a contact like any other. The price of a constraint is the gain of
-# the limit per unit of depth.
+# The design with its profile is a contact like any other. The price of the constraint "depth" is
+# the gain of the limit per unit of depth.
 
 print(design, design.prices["depth"].sum())
 print(fo.guaranteed_limit(design.system, design.cycle, 0.5))

@@ -27,7 +27,7 @@ grids = model.grids(fields)
 grids["contact"].plot(scalars="pressure")
 
 # %%
-# This is the stress in the punch, with half of its displacements.
+# This is the stress in the punch, which is drawn with half of its displacements.
 
 grids["punch"].warp_by_vector("displacement", factor=0.5).plot(scalars="von_mises")
 # sphinx_gallery_thumbnail_number = 3

@@ -26,7 +26,8 @@ def cycle(phase):
     )
 
 
-# If the loads are in phase, the limit of all states of rest is f P / 5, on any mesh.
+# If the loads are in phase, the limit is Q = f P / 5 (load factor f / 5) on any mesh. It covers all
+# states of rest.
 in_phase = fo.shakedown_limit(system, cycle(0), friction=0.35)
 print(in_phase.load_factor, in_phase.covers)
 print(in_phase.events.head())

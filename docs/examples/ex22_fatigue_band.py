@@ -2,8 +2,8 @@
 The fatigue band
 ================
 
-A dovetail that has come to rest still fatigues. How fast depends on the residual slip that assembly
-has left. Which values may a fatigue parameter have, over all states of rest?
+A dovetail that has come to rest still fatigues. How fast it fatigues depends on the residual slip
+that assembly has left. Which values may a fatigue parameter have, over all states of rest?
 """
 
 import matplotlib.pyplot as plt

@@ -3,12 +3,13 @@
 #
 # Guess: the displacements of a static step solve the equations with the matrix that CalculiX
 # stores, to all printed digits, with forces divided by 180.
-# Seen: axial displacements do. Radial ones are those of the matrix times cos(1 degree) = 0.999848:
-# CalculiX expands a ring to a slice of 2 degrees, and prints displacements of its middle plane.
+# Seen: axial displacements do so. Radial displacements are the solution times cos(1 degree) =
+# 0.999848: CalculiX expands a ring to a slice of 2 degrees, and prints displacements of its middle
+# plane.
 # Versions: CalculiX 2.20 (Debian 2.20-1, with libspooles2.2 and libarpack2), numpy 2.1.3;
 # 2026-11-28.
-# Output: for each displacement the printed value over that of the matrix: "radial 0.9998..." or
-# "axial 1.0000..."; then "as described".
+# Output: for each displacement the printed value over the solution: "radial 0.9998..." or "axial
+# 1.0000..."; then "as described".
 . "$(dirname "$0")/common.sh"
 cd "$folder"
 calculix

@@ -1,14 +1,15 @@
 #!/usr/bin/env bash
-# Reactions and contact forces of axisymmetric bodies in CalculiX are those of 2 degrees.
+# In CalculiX, reactions and contact forces of axisymmetric bodies are forces of a slice of 2
+# degrees.
 #
 # Guess: the reactions of a ring of CAX4 balance the concentrated forces on it, as in each other
 # analysis, since both are lines of the same deck and its results.
 # Seen: `*CLOAD` is a force on the whole ring, as the displacements show. RF of `*NODE PRINT` and CF
-# of `*CONTACT PRINT` are 1/180 of it, because they are those of the slice of 2 degrees to which
+# of `*CONTACT PRINT` are 1/180 of it, because they are forces on the slice of 2 degrees to which
 # CalculiX expands the ring. Nothing in the results says so.
 # Versions: CalculiX 2.20 (Debian 2.20-1, with libspooles2.2 and libarpack2); 2026-11-28.
-# Output: a ring on another, pressed by forces of 180 in all: "shortening 0.0382", which is that of
-# 180 on the whole area of the ring, "reaction 1.000", "contact force 1.000", then "as described".
+# Output: a ring on another, pressed by forces of 180 in all: "shortening 0.0382", as under 180 on
+# the whole area of the ring, "reaction 1.000", "contact force 1.000", then "as described".
 . "$(dirname "$0")/common.sh"
 cd "$folder"
 calculix

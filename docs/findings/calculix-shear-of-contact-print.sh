@@ -2,9 +2,9 @@
 # The contact shear that CalculiX prints points against the force that it prints for the same faces.
 #
 # Guess: CSTR, the contact stress on the slave face, is the traction on the slave: it opposes the
-# slip, and times the area it is the shear force of CFS for the slave.
-# Seen: CFS opposes the slip of the slave and CSTR has its direction, like the traction on the
-# master. So work as CSTR times slip is positive, and a sum of CSTR and CFS cancels.
+# slip, and its product with the area is the shear force CFS of the slave.
+# Seen: CFS opposes the slip of the slave. CSTR has the direction of the slip, like the traction on
+# the master. So work as CSTR times slip is positive, and a sum of CSTR and CFS cancels.
 # Versions: CalculiX 2.20 (Debian 2.20-1, with libspooles2.2 and libarpack2); 2026-11-28.
 # Output: signs along x as the slave slides along +x: "slip +, CSTR +, CFS -", then "as described".
 . "$(dirname "$0")/common.sh"

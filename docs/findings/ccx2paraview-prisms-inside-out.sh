@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# ccx2paraview's prisms are inside out for VTK 9.7, and those of `C3D15` lose their middle nodes.
+# ccx2paraview's prisms are inside out for VTK 9.7, and `C3D15` prisms lose their middle nodes.
 #
 # Guess: solid elements of an frd file keep their volume and their nodes in the vtu file, and the
 # volume in a vtu file does not depend on the version of VTK.
@@ -7,7 +7,8 @@
 # release notes call it a correction). The same file has a positive volume in VTK 9.5 and a negative
 # one in 9.7, and integrals over bricks and prisms together then subtract the prisms. ccx2paraview
 # reverses the prisms of CalculiX for the old order. It also makes prisms of six nodes of `C3D15`
-# (the source says so, the manual does not). Bricks and tetrahedra keep all of it. No message.
+# (the source says so, the manual does not). Bricks and tetrahedra keep volume and nodes. No
+# message.
 # Versions: ccx2paraview 3.2.0, pyvista 0.49.1, vtk 9.5.2 and 9.7.2, numpy 2.3.5, Python 3.11,
 # CalculiX 2.20 (Debian 2.20-1, with libspooles2.2 and libarpack2); 2026-11-28.
 # Output: volume in VTK, and number of nodes of a cell, of elements with edges of length 1 along the

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # exovista writes both sides of a closed contact as the same side set, with faces of both bodies.
 #
-# Guess: the side sets of a contact are the faces that were handed over, a set for each body:
-# those that are cut from the lower body belong to its elements.
+# Guess: the side sets of a contact are the faces that were handed over, a set for each body: the
+# faces that are cut from the lower body belong to its elements.
 # Seen: `write_exo` looks for the nearest face of the mesh, and faces of two bodies that touch are
-# at the same place. Both sets get the same faces, some of the lower body and some of the upper
-# one. With them a contact of MOOSE or Sierra pairs a body with itself, or each body with a part
-# of the other. Nothing is logged. It is right as soon as there is a small gap. So write closed
-# contacts with a gap and move a body back in the file, or write the side sets with another tool.
+# at the same place. Both sets get the same faces, some of the lower body and some of the upper one.
+# With them a contact of MOOSE or Sierra pairs a body with itself, or each body with a part of the
+# other. Nothing is logged. With a small gap, both sets are right. So write closed contacts with a
+# gap and move a body back in the file, or write the side sets with another tool.
 # Versions: exovista 1.3.0, pyvista 0.49.1, vtk 9.7.2, netCDF4 1.7.4, scipy 1.16.3, numpy 2.3.5,
 # Python 3.11; 2026-11-28.
 # Output: bodies of the elements in the sets of both sides, for two blocks of four elements with a

@@ -1,16 +1,16 @@
 #!/usr/bin/env bash
 # frd2vtu mixes up the middle nodes of 15-node prisms of CalculiX, so that they have a wrong volume.
 #
-# Guess: frd2vtu has put the nodes of `C3D15` in VTK's order, as it does for those of `C3D20`.
-# Seen: CalculiX's file and VTK order the middle nodes of prisms differently: the file has those
-# along the height before those of the top. frd2vtu keeps the order of the file. So the prism
-# folds: half a unit cube has a twelfth of its volume, and integrals, samples and gradients of
+# Guess: frd2vtu has put the nodes of `C3D15` in VTK's order, as it does for `C3D20`.
+# Seen: CalculiX's file and VTK order the middle nodes of prisms differently: in the file, the nodes
+# along the height come before the nodes of the top. frd2vtu keeps the order of the file. So the
+# prism folds: half a unit cube has a twelfth of its volume, and integrals, samples and gradients of
 # results are wrong. Faces look right as long as only the corners are drawn. pyvista-frd-reader
 # reads the prism right.
 # Versions: frd2vtu 0.2.1, pyvista 0.49.1, vtk 9.7.2, pandas 2.3.3, numpy 2.3.5, Python 3.11, and
 # CalculiX 2.20 (Debian 2.20-1, with libspooles2.2 and libarpack2); 2026-11-28.
-# Output: volumes that frd2vtu and VTK give for a cube of side 1 of type `C3D20`, "C3D20 1.000",
-# and for half of it of type `C3D15`, "C3D15 0.042", then "as described".
+# Output: volumes that frd2vtu and VTK give for a cube of side 1 of type `C3D20`, "C3D20 1.000", and
+# for half of it of type `C3D15`, "C3D15 0.042", then "as described".
 . "$(dirname "$0")/common.sh"
 cd "$folder"
 calculix

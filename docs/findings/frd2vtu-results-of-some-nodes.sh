@@ -1,18 +1,18 @@
 #!/usr/bin/env bash
-# frd2vtu moves results that CalculiX has for some of the nodes, as contact stresses, to others.
+# frd2vtu moves results that CalculiX has for some nodes only, such as contact stresses, to others.
 #
 # Guess: a field of frd2vtu has a row for each node of the mesh, in its order, as CalculiX's file
 # has the number of the node beside each row.
-# Seen: that is so if CalculiX writes all nodes. If not, frd2vtu takes the rows as those of the
-# first nodes of the mesh, and appends zeros. So node to surface contact, which has stresses for
-# the slave nodes, presses somewhere else, and displacements of a set of nodes are those of other
-# nodes. It is right for face to face contact. Nothing is logged. Ask CalculiX for all nodes, and
-# for face to face contact, or read the file with pyvista-frd-reader.
+# Seen: that is so if CalculiX writes all nodes. If not, frd2vtu gives the rows to the first nodes
+# of the mesh, and appends zeros. So node to surface contact, which has stresses for the slave
+# nodes, presses somewhere else, and displacements of a set of nodes move to other nodes. Face to
+# face contact is right. Nothing is logged. Ask CalculiX for all nodes, and for face to face
+# contact, or read the file with pyvista-frd-reader.
 # Versions: frd2vtu 0.2.1, pyvista 0.49.1, vtk 9.7.2, pandas 2.3.3, numpy 2.3.5, Python 3.11, and
 # CalculiX 2.20 (Debian 2.20-1, with libspooles2.2 and libarpack2); 2026-11-28.
-# Output: nodes with a contact stress, for a block with the nodes 11 to 14 at its contact: "FACE:
-# 11 12 13 14" and "NODE: 1 2 3 4", which are the fixed nodes of the ground. Nodes with a
-# displacement, which was asked for 15 to 18: "moved: 1 2 3 4". Then "as described".
+# Output: nodes with a contact stress, for a block with the nodes 11 to 14 at its contact: "FACE: 11
+# 12 13 14" and "NODE: 1 2 3 4", which are the fixed nodes of the ground. Nodes with a displacement,
+# which was asked for 15 to 18: "moved: 1 2 3 4". Then "as described".
 . "$(dirname "$0")/common.sh"
 cd "$folder"
 calculix

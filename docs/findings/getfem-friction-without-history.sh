@@ -2,9 +2,9 @@
 # GetFEM's contact brick with friction has no hysteresis, unless it is given the last displacement.
 #
 # Guess: a block that is pushed to and fro dissipates as Coulomb's law says.
-# Seen: without `alpha` and `wt` slip counts from the mesh. The block returns along the path on
-# which it went, at the middle without shear, and a cycle dissipates nothing. With `wt`, the
-# displacement of the last step, the shear in the middle is the friction bound.
+# Seen: without `alpha` and `wt`, slip is measured from the unloaded mesh. The block returns along
+# the path on which it went, at the middle without shear, and a cycle dissipates nothing. With `wt`,
+# the displacement of the last step, the shear in the middle is the friction bound.
 # Versions: python3-getfem 5.4.2+dfsg1-3+b1 of Debian 12; 2026-11-27.
 # Output: "without wt: 0.00 of the bound", "with wt: 1.00 of the bound", then "as described".
 . "$(dirname "$0")/common.sh"

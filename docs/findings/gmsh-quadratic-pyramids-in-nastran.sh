@@ -3,11 +3,11 @@
 #
 # Guess: `write("mesh.bdf")` orders the nodes of all solids as Nastran numbers them.
 # Seen: it does for CHEXA, CPENTA and CTETRA. The middle nodes of CPYRAM keep the order of gmsh:
-# Nastran has the four of the base first, and gmsh mixes them with those of the other edges. So 5 of
-# the 8 middles lie on another edge than their place says.
+# Nastran has the four nodes of the base edges first, and gmsh mixes them with the nodes of the
+# other edges. So 5 of the 8 middle nodes lie on another edge than Nastran reads.
 # Versions: gmsh 4.15.2, numpy 2.3.5, Python 3.11; 2026-11-28.
-# Output: middles that are not in the middle of the edge of their place, "CHEXA: 0 of 12",
-# "CPENTA: 0 of 9", "CTETRA: 0 of 6", "CPYRAM: 5 of 8", then "as described".
+# Output: middles that are not in the middle of the edge of their place, "CHEXA: 0 of 12", "CPENTA:
+# 0 of 9", "CTETRA: 0 of 6", "CPYRAM: 5 of 8", then "as described".
 . "$(dirname "$0")/common.sh"
 packages gmsh==4.15.2 numpy==2.3.5
 cd "$folder"

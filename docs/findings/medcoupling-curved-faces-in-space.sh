@@ -1,17 +1,17 @@
 #!/usr/bin/env bash
-# MEDCoupling takes a quadratic face in the plane with its curved edges, and in space without.
+# MEDCoupling measures a quadratic face with curved edges in the plane, with straight ones in space.
 #
 # Guess: `getMeasureField` gives the same area for a face in the plane and for the same face in
 # space, and the volume of a solid with that face and height 1 is the same number.
 # Seen: in the plane the edges of quadratic cells are arcs of circles, so a quarter of a disc of
-# three edges has its exact area. The same face with a third coordinate, and solids, are measured
-# by their corners: the area is that of the triangle. So areas of contact faces, and forces and
+# three edges has its exact area. The same face with a third coordinate, and solids, are measured by
+# their corners: the area is the area of the triangle. So areas of contact faces, and forces and
 # mean pressures from them, change as a face is cut out of a solid and projected. Nothing warns of
 # it.
 # Versions: medcoupling 9.15.0, numpy 2.3.5, Python 3.11; 2026-11-28.
-# Output: for a quarter of a disc of radius 1 the area of `TRI6` in the plane and in space, and
-# the volume of `PENTA15` of height 1: "plane 0.785, space 0.500, solid 0.500", then "as
-# described". By hand all are 0.785 for arcs, and 0.776 for the parabolas of finite elements.
+# Output: for a quarter of a disc of radius 1 the area of `TRI6` in the plane and in space, and the
+# volume of `PENTA15` of height 1: "plane 0.785, space 0.500, solid 0.500", then "as described". By
+# hand all are 0.785 for arcs, and 0.776 for the parabolas of finite elements.
 . "$(dirname "$0")/common.sh"
 packages medcoupling==9.15.0 numpy==2.3.5 2> /dev/null
 
