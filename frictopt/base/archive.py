@@ -57,8 +57,8 @@ def load(path: str | Path) -> Any:
 class _Writer:
     """Writes a result as JSON, in which arrays and things are given by their numbers.
 
-    Things are results and their parts. A thing that several others refer to, such as the contact of
-    a result, is written once.
+    Things are results and their parts. A thing to which several other things refer, such as the
+    contact of a result, is written once.
     """
 
     def __init__(self) -> None:

@@ -71,7 +71,7 @@ def whole(values: ArrayLike) -> Integers:
 def by_labels(name: str, values: object) -> Any:
     """A table or series of pandas in the order of its labels, 0 to n - 1; other values as given.
 
-    Another order would give the numbers to other nodes.
+    In another order, the numbers would belong to other nodes.
     """
     labels = getattr(values, "index", None)
     if labels is None or callable(labels):
@@ -259,7 +259,7 @@ def flags(name: str, values: object, n: int) -> Booleans:
 def is_distribution(value: object) -> bool:
     """Whether a value is a frozen distribution of `scipy.stats`.
 
-    It is known by its methods, because scipy.stats is slow to import.
+    It is recognised by its methods, because scipy.stats is slow to import.
     """
     return hasattr(value, "dist") and hasattr(value, "ppf")
 
@@ -474,8 +474,8 @@ def _wear_in_other_units(coefficient: Any, units: str | None) -> Iterator[str]:
     largest = _largest("coefficient", coefficient)
     pascal = _NEWTON[force] / _METRE[length] ** 2  # the unit of pressure, in Pa
     in_pascal = largest / pascal
-    # Coefficients of wear in this range, in 1/Pa, give no warning. Those of diamond-like coatings
-    # are 1e-17 and more, and those of soft metals that seize are up to 1e-10.
+    # Coefficients of wear in this range, in 1/Pa, give no warning. Diamond-like coatings have 1e-17
+    # and more, and soft metals that seize have up to 1e-10.
     usual = (1e-17, 1e-9)
     if largest > 0 and not usual[0] <= in_pascal <= usual[1]:
         yield (

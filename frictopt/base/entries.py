@@ -49,7 +49,7 @@ def by_names(what: str, table: Mapping[str, Any], names: Iterable[str]) -> dict[
 
 
 def known(what: str, name: str, names: Iterable[str], remedy: str = "") -> str:
-    """The one of `names` that matches, in any case; else a ModelError with the nearest names."""
+    """The name among `names` that matches, whatever its case; else a ModelError with near names."""
     by_letters = {each.casefold(): each for each in names}
     letters = name.strip().casefold()
     if letters not in by_letters:
@@ -60,7 +60,7 @@ def known(what: str, name: str, names: Iterable[str], remedy: str = "") -> str:
 
 
 def made(where: str, kind: Callable[..., T], table: object, **given: object) -> T:
-    """The result of a class or function for the arguments in a table, and for those `given`."""
+    """The result of a class or function for the arguments in a table and the arguments `given`."""
     if not isinstance(table, Mapping):
         raise ModelError(f"{where}: {table!r}; give a table of the arguments of {kind.__name__}")
     parameters = [name for name in signature(kind).parameters if name not in given]

@@ -281,7 +281,7 @@ def strict_json(value: object) -> str:
 def plain(value: Any) -> Any:
     """A value in the types of JSON: nan is None, infinity is "inf", a table is a list of its rows.
 
-    Names of Enum members are texts. A dataclass has its public fields by name.
+    An Enum member becomes its name, and a dataclass a mapping of its public fields.
     """
     if value is None or isinstance(value, bool | int | str):
         return value

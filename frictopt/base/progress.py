@@ -172,7 +172,7 @@ def progress_bar(
         if shown:
             _draw(bar, at_once)
         yield bar
-    except on as error:  # it keeps its class, so that the exit status stays that of Python
+    except on as error:  # it keeps its class, so that Python ends with its usual exit status
         _attach(bar, outer, error)
         raise
     finally:

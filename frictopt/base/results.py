@@ -44,8 +44,8 @@ Table: TypeAlias = "pd.DataFrame"
 class Shown:
     """Base of dataclasses with read-only arrays, which can be pickled, copied and displayed.
 
-    The arrays of a copy are read-only, too, and it has a cvxpy `problem` of its own. The display is
-    one line (`repr`), short lines (`print`) or a notebook table, with the values of `_answer`.
+    A copy has read-only arrays, too, and its own cvxpy `problem`. The display is one line (`repr`),
+    short lines (`print`) or a notebook table, with the values of `_answer`.
     """
 
     _shown_names: ClassVar[tuple[str, ...]] = ()

@@ -41,8 +41,8 @@ SAME_POINT = 10 * CONDENSATION
 # size of the residual.
 COUNTS = 1e3 * RESIDUAL
 
-# A change of slip in a cycle up to this share of the slip scale is zero; it is only a part of the
-# residual of a steady state.
+# A change of slip in a cycle up to this share of the slip scale is zero. The share is below the
+# largest residual, because the change is only a part of the residual of a steady state.
 PERIODIC = RESIDUAL / 10
 
 # If the change in a cycle is below this number, the steady state is reached, however slowly the
@@ -72,8 +72,8 @@ ZERO_LOAD_FACTOR = ROUNDING
 FLOOR = 1e6 * RESIDUAL
 
 # How far a proof by multipliers reaches, although multipliers have rounding errors: the proof holds
-# for unknowns up to this number of their units. If a solution is only rough, the proof also holds
-# for unknowns up to this factor times those of the solution.
+# for unknowns up to this number times their units. If a solution is only rough, the proof also
+# holds for unknowns up to this number times the values of the solution.
 FAR = 1e-3 / RESIDUAL
 
 # A cycle that starts from a steady state returns to this state up to this share of the largest

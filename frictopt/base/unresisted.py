@@ -45,8 +45,8 @@ def unresisted(square: Array, sizes: Array, pressing: Array | None = None) -> tu
     if pressing is not None:
         pressed = np.abs(pressing @ (soft / along[:, None])).max(axis=0, initial=0.0)
         # In a semi-definite stiffness the square of the pressing is at most the resistance. If it
-        # is nearly that large, a small resistance is real. In mere rounding, the pressing itself is
-        # of the size of the resistance, and its square is far smaller.
+        # is nearly that large, a small resistance is real. If both are mere rounding, the pressing
+        # is of the size of the resistance, and its square is far smaller.
         held = (values > 0) & (pressed > ROUNDING) & (pressed**2 > COUNTS * values)
 
     inverse = np.zeros_like(square)
@@ -66,7 +66,7 @@ class _Factored(NamedTuple):
 
     first: Integers  # the entries with a resisted pivot, largest first
     leading: Array  # their factor
-    soft: Array  # (M, k) motions in which one of the other entries is 1 and the first follow freely
+    soft: Array  # (M, k) motions: one of the other entries is 1, those of `first` follow freely
     left: Array  # (k, k) the stiffness of these motions, which is rounding or small
 
 
@@ -91,8 +91,8 @@ def _rank(pivots: Array) -> int:
     """The number of pivots that are stiffness; all others are rounding.
 
     The pivots are relative to the stiffness of the nodes. The rounding depends on the digits of the
-    data and on the mesh, so no fixed number divides free motions from soft ones. They are divided
-    at the widest gap of the pivots between the rounding of the arithmetic and that of the data.
+    data and on the mesh, so no fixed number divides free motions from soft ones. The two are
+    divided at the widest gap of the pivots whose lower end is at most `FREE_MOTION`.
     """
     falling = np.sort(pivots)[::-1].clip(ROUNDING)
     above = np.concatenate([[1.0], falling])

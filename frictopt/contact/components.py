@@ -112,10 +112,10 @@ def rigid_displacements(arms: Array) -> Array:
 
 
 def null_space(matrix: Array, size: float) -> Array:
-    """(k, m) orthonormal combinations of the k columns of a matrix that nearly vanish.
+    """(k, m) orthonormal vectors that a matrix of k columns maps almost to zero.
 
-    The matrix times each combination is a vector of length `size` at most. If the columns are the
-    lifts of rigid motions, the combinations are the motions that open no node.
+    The matrix times each of the m vectors has the length `size` at most. If the columns are the
+    lifts of rigid motions, the m vectors are the motions that open no node.
     """
     _, sizes, combinations = np.linalg.svd(np.linalg.qr(matrix, mode="r"))
     return np.asarray(combinations[np.count_nonzero(sizes > size) :].T)

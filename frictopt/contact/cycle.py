@@ -50,7 +50,7 @@ class LoadCycle:
         The K parts of the cycle that the load factor does not scale, one for each corner: load case
         name -> amplitude. None: no fixed part. If all `corners` are equal, the load factor scales a
         static load, and only the fixed part varies. Transients begin at the mean load, which should
-        lie inside the fixed part.
+        lie within the range of the fixed loads.
     times
         The K times of the corners, numbers or dates. A further time may follow: the time at which
         the load returns to the first corner. A `timedelta` becomes a number of seconds. The times
@@ -286,9 +286,9 @@ class LoadCycle:
 
         The vertices say less about transients. A transient that comes to rest with all nodes closed
         stays at rest for every later history in the domain. A transient that slips for ever shows
-        that some histories never come to rest. Other histories and other starts may dissipate more
-        than the vertices in the given order. They may slip for ever even if the contact comes to
-        rest under the vertices.
+        that some histories never come to rest. Under other histories, or from other starts, the
+        contact may dissipate more than under the vertices in the given order, and may even slip for
+        ever although it comes to rest under the vertices.
 
         Parameters
         ----------

@@ -25,8 +25,8 @@ from ..base import (
 from ..errors import ModelError
 from .components import parted
 
-# Stiffness of the softest spring; the stiffest has the inverse. Products of two larger numbers
-# overflow.
+# Stiffness of the softest spring; the inverse of this number is the stiffness of the stiffest one.
+# Products of two larger numbers overflow.
 _SOFTEST = 1e-150
 
 
@@ -50,7 +50,7 @@ def checked_frames(frames: object, n: int, axes: int) -> Array:
 
 
 def positive(name: str, values: object, shape: tuple[int, ...], remedy: str) -> Array:
-    """Check finite numbers > 0 of a shape."""
+    """Check an array of this shape with finite numbers > 0."""
     checked = finite_array(name, values, shape)
     check_entries(name, checked, checked > 0, remedy)
     return checked

@@ -41,7 +41,7 @@ def turning_points(loads: Array) -> list[int]:
 
 
 def reversals(points: Array) -> list[int]:
-    """Indices of those points (K, cases) that form a simpler load path within 1 of all points.
+    """Indices of some points (K, cases) that form a simpler load path, within 1 of all points.
 
     The distance is the Frechet distance in each load case: one point can move along each of the two
     paths, never back, so that both stay within 1 of each other. So a single load case keeps all
@@ -76,8 +76,8 @@ def _worst_point(points: Array) -> int | None:
         share = np.clip(inner @ segment / square, 0.0, 1.0)
     distance = np.abs(inner - np.multiply.outer(share, segment)).max(axis=1, initial=0.0)
 
-    # For each point, the part of the segment that is within 1 of it, from one share of the length
-    # to another, in the load cases that vary along the segment.
+    # For each point, the part of the segment within 1 of the point, from one share of the length to
+    # another. Only the load cases that vary along the segment count.
     moves = segment != 0
     ends = (inner[:, moves, None] + [-1.0, 1.0]) / segment[moves, None]
     ends = np.sort(ends, axis=-1)
@@ -90,7 +90,7 @@ def _worst_point(points: Array) -> int | None:
         return None
 
     badness = distance if distance.max() > 1 else back
-    # Of points that are equally bad the last one is taken.
+    # If several points are equally bad, the last of them is taken.
     return len(inner) - int(np.argmax(badness[::-1]))
 
 

@@ -5,9 +5,9 @@ normal force bounds the shear force, and friction opposes the slip::
 
     |q| <= min over the terms of (slope * p + constant),    p >= 0
 
-Coulomb's law is the one term `f p`. A shear strength of the surface adds the term `c`, which no
-pressure raises. Friction that differs along the two tangents is Coulomb's law in stretched
-coordinates, see `ContactSystem.with_orthotropic_friction`. A new law is a new term of
+Coulomb's law has only the term `f p`. A shear strength of the surface adds the term `c`, which does
+not depend on the pressure. Friction that differs along the two tangents is Coulomb's law in
+stretched coordinates, see `ContactSystem.with_orthotropic_friction`. A new law is a new term of
 `contact_law`: programs, increments, gross slip and the check of the law use these terms. Questions
 that do not know the shear strength refuse it, see `checked_law`.
 """
@@ -124,8 +124,8 @@ _KNOW_STRENGTH = ("shakedown_limit", "gross_slip", "march", "steady_state")
 def friction_coefficients(friction: PerNode, system: ContactSystem) -> Array:
     """Check coefficients of friction: one, one per node or one per contact; returns (N,).
 
-    ModelError if it is not a real finite number or array, if it is negative, or if its length is
-    neither 1 nor N.
+    ModelError for entries that are not real and finite, for negative entries, and for another
+    number of entries.
     """
     remedy = "a coefficient of friction is not negative"
     return per_node("friction", friction, checked_system(system), remedy)

@@ -35,7 +35,8 @@ from .system import ContactSystem
 # Differences of directions up to this number are rounding, and so are differences of places up to
 # this share of the size of the contact.
 _ROUNDING = 1e-9
-# A face is seen along its mean normal if each normal has a larger cosine than this with the mean.
+# A face is seen along its mean normal if the cosine between each normal and the mean normal is
+# above this number.
 _NOT_STEEP = 0.5
 
 
@@ -155,9 +156,9 @@ def shear_ratios(
 ) -> AnyAxes:
     """Draw the ratio of shear to friction bound at K corners, with circles at some nodes.
 
-    No ratio is drawn where the bound is zero up to rounding. In the plane all corners are drawn, or
-    those with the largest circles if there are many. In space maps show the corner `at`, with the
-    circles of all corners, and the slip as arrows.
+    No ratio is drawn where the bound is zero up to rounding. In the plane all corners are drawn; if
+    there are many, only the corners with the largest circles. In space maps show the corner `at`,
+    with the circles of all corners, and the slip as arrows.
     """
     system = answer.system
     bound = most_shear(system, answer.friction, p)
@@ -187,7 +188,8 @@ def shear_ratios(
     label: str | None = circles_label
     for corner in [corner for corner in looks if corner in circles]:
         nodes, senses, areas = circles[corner]
-        # A node without a friction bound has its circle at the bound that opposes its slip.
+        # A node whose friction bound is zero has no ratio; its circle is drawn at +1 or -1, against
+        # its slip.
         shown = ratio[corner, nodes]
         places = [system.x[nodes], np.where(np.isfinite(shown), shown, np.negative(senses))]
         rings(axes, np.column_stack(places), areas, label, looks[corner]["color"])
@@ -216,8 +218,8 @@ def _ratios(shear: Array, bound: Array) -> Array:
 def _system(system: ContactSystem, ax: AnyAxes) -> AnyAxes:
     """The points of a contact with their normals; in the plane also pressures of the load cases.
 
-    The pressures are those of the bonded contact under each unit load. If the widths are not known,
-    nodal forces are drawn.
+    The pressures act in the bonded contact under each unit load. If the widths are not known, nodal
+    forces are drawn.
     """
     in_space = system.tangents == 2
     size = (6.4, 4.8) if in_space else (6.4, 5.4)

@@ -37,7 +37,7 @@ class ContactProducts(ContactSystem):
     pressing
         (N, t N) operator T, with its transpose: pressures due to unit shear forces on the bodies,
         which stay in contact and slip freely. Shear forces are ordered by component, as in `S`.
-        Products with T need 10 correct digits, because they prove both numbers.
+        Products with T need 10 correct digits, because they prove the load factor and its bound.
     slipping
         (t N, t N) operator, symmetric: the slips due to the same shear forces, length per force.
     rough

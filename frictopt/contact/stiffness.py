@@ -74,8 +74,8 @@ def in_series(S: Array, sizes: Array, R: Array, compliance: Array) -> tuple[Arra
 
     S is (M, M) and R (M, k). `compliance` (M,) are the compliances of the springs, the diagonal of
     G, and `sizes` (M,) > 0 the size of S at each motion. Returned are `(1 + S G)^-1 S`, `(1 + S
-    G)^-1 R` and the added compliance of the load cases `R^T (G^-1 + S)^-1 R`. The latter is twice
-    the strain energy of bodies and springs, which a least-squares problem minimises.
+    G)^-1 R` and the added compliance of the load cases `R^T (G^-1 + S)^-1 R`. This compliance is
+    twice the strain energy of bodies and springs, which a least-squares problem minimises.
 
     With `S = F F^T` only `1 + F^T G F` is inverted. So no spring is too stiff or too soft, and
     rigid motions stay free.
@@ -117,7 +117,8 @@ def following(
 ) -> Array | None:
     """(M, M) compliance of the open nodes, which carry no force; zero elsewhere.
 
-    The result is None if the open nodes can move freely while the closed nodes are held.
+    The result is None if nothing resists some motion of the open nodes while the closed nodes are
+    held, and a load excites this motion or the motion changes a gap.
     """
     components = np.tile(open_nodes, len(S) // len(open_nodes))
     free, inverse = unresisted(S[np.ix_(components, components)], sizes[components])

@@ -29,7 +29,7 @@ class StressMap(Kept):
         (P, d) places of the points.
     loads
         Load case of the system -> (2, P, 3, 3) stress, tension positive, and strain at the points
-        due to the load case at amplitude 1. The bodies are glued, and gaps are the initial ones.
+        due to the load case at amplitude 1. The bodies are glued at their initial gaps.
     motions
         (M, 2, P, 3, 3) stress and strain due to unit motions of the nodes: their slips as the
         system counts them, component after component, then their gaps.

@@ -110,28 +110,27 @@ class ContactSystem(Shown, Plotted):
         bolt is tightened, and the length by which its unit amplitude shortens it. The work of the
         unit load of a locked bolt is minus the tension times the shortening, see `tension`.
     load_size
-        Load case name -> size of its unit load, force, > 0: the integral of the sizes of its
-        tractions, pressures and forces per volume, plus the sizes of its forces on nodes. Load
-        cases with moments or with loads of another kind are left out. The displacement of the load
-        case divided by its size is a length: the mean motion, along the load, of the loaded surface
-        or volume. `condense` of a model computes it.
+        Load case name -> size of its unit load, force, > 0: the absolute values of its tractions
+        and of its forces per volume, integrated, plus the sizes of its forces on nodes and points.
+        The displacement of the load case divided by its size is a length: the mean motion, along
+        the load, of the loaded surface, volume or points. `condense` of a model computes it.
     shear_strength
         (N,) largest size of the shear force at each node, force, > 0: the strength of the surface
         times the area. inf: friction alone bounds it. See `with_shear_strength`, also for the
         functions that support it.
     stretch
         Ratio, in the shape of slips, > 0: the slips of this system are the true slips times
-        `stretch`, and its shear forces are the true shear forces divided by `stretch`. It is 1
-        unless friction differs along the tangents, see `with_orthotropic_friction`.
+        `stretch`, and its shear forces are the true shear forces divided by `stretch`. The ratio is
+        1 unless friction differs along the tangents, see `with_orthotropic_friction`.
     units
         Names of the units of force and length, such as "N, mm", for the axes of pictures and
         `attrs["units"]` of tables. They do not affect any number.
     axisymmetric
         Whether the bodies are axisymmetric. Forces, works and widths are then totals over the
-        circumference, otherwise per unit depth in the plane. It only chooses the names of units.
+        circumference, otherwise per unit depth in the plane. This affects only the names of units.
     thickness
         Thickness of plane bodies whose forces, works and widths are totals over it; None: they are
-        per unit depth. It only chooses the names of units.
+        per unit depth. This affects only the names of units.
 
     Attributes
     ----------
@@ -715,9 +714,8 @@ class ContactSystem(Shown, Plotted):
         if not springs.any():
             return self
         softness = springs * self.own_stiffness
-        # Largest ratio of the softness of springs in some directions to that of the bodies, if
-        # springs are rigid in other directions. Beyond it rounding hides the forces that the bodies
-        # carry.
+        # Largest ratio of the softness of springs to the softness of the bodies, if springs are
+        # rigid in other directions. Beyond it rounding hides the forces that the bodies carry.
         softest = 1e18
         if softness.max() > softest * max(softness.min(), 1.0):
             is_normal = softness.argmax() >= self.tangents * self.nodes

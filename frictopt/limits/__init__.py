@@ -15,7 +15,7 @@ In this folder each public question has a file: `shakedown.py`, `guaranteed.py`,
 users extend, `pictures.py` the plots. For a new limit, follow the example of `limit_of_set` in
 `shakedown.py`.
 
-The folders inside it, ordered so that each needs only those before it:
+The folders inside this folder, ordered so that each needs only the folders above it in the list:
 
 - `program`: a question as arrays, their solution, and the mechanism that proves it.
 - `between`: proven bounds of the limits of large contacts, without their stiffness matrix.

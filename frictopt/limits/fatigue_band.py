@@ -61,14 +61,14 @@ class FatigueBand(Recorded, Plotted):
         value, length. `least` is -inf if there is no least value.
     most, worst_slip
         The largest value of a point that the search finds over all states of rest, and the slip of
-        the state of rest in which it occurs. It is inf if friction wedges: residual slips may then
-        press the contact without end. With points on the face it grows with each refinement of the
-        mesh.
+        the state of rest in which it occurs. `most` is inf if friction wedges: residual slips may
+        then press the contact without end. With points on the face, `most` grows with each
+        refinement of the mesh.
     proven
         Whether no state of rest exceeds `most`: True for Crossland, Dang Van and Matake. For the
         other parameters `most` comes from a search over planes.
     record
-        Its `residual` is the violation of the contact law by the two slips.
+        Its `residual` is the larger violation of the contact law by the two slips.
 
     Examples
     --------
@@ -221,8 +221,10 @@ class FatigueBand(Recorded, Plotted):
           it in different states;
         - no_slip: the value without residual slip, NaN if the contact does not rest with it;
         - most: the largest value over all states of rest;
-        - normal_x, normal_y, normal_z and corner, with parameters of a plane: the plane of `most`,
-          and the state at which its normal stress is largest, the same in all states of rest;
+        - normal_x, normal_y, normal_z and corner, if the parameter belongs to a plane: the normal
+          of the plane of `most`, and the corner (in a band of steady cycles, the state of the
+          cycle) at which the normal stress on this plane is largest, which is the same in all
+          states of rest;
         - from_least, to_least, from_most, to_most: on this plane the least and the largest normal
           stress of the cycle, in the states of rest with the least and with the largest mean
           stress. pyLife reads `from` and `to` of a load collective.
@@ -250,7 +252,8 @@ def fatigue_band(
 
     Above the shakedown limit there are no states of rest. If slip changes no pressure (B = 0), all
     steady cycles differ by a slip that does not change in time, and the band is about all steady
-    cycles. This holds also below the limit if normal loads open and close nodes in each cycle.
+    cycles. Below the limit, too, the band is about all steady cycles if normal loads open and close
+    nodes in each cycle.
 
     Parameters
     ----------
@@ -377,7 +380,7 @@ def _row(
 def _set_of(
     question: Question, stress_map: StressMap, load_factor: float, initial_slip: ArrayLike | None
 ) -> tuple[Rests | SteadyCycles, Array, Array]:
-    """The set of slips; with one of them, stress and strain (K, 2, P, 3, 3); and that slip."""
+    """The set of slips; stress and strain (K, 2, P, 3, 3) with one slip of it; and this slip."""
     system, cycle = question.system, question.cycle
     if initial_slip is None:
         safe = safe_slip_of_question(question, load_factor)

@@ -38,25 +38,26 @@ class FatigueLimit(Answered):
         As given.
     load_factor
         Up to this load factor, every (or some) state of rest has at most the allowable value at all
-        points. It is 0 if the mean load alone exceeds the value, and the shakedown limit if the
-        value is not reached.
+        points. It is 0 if the parameter exceeds the value under the mean load alone, and the
+        shakedown limit if the value is not reached.
     reached
         Whether the allowable value is reached below the shakedown limit.
     slip
-        Slip (N,) or (N, 2) of a state of rest at this load factor, length: the first one that has
-        the allowable value (`every`), or the last one that does not exceed it. If the value is not
-        reached, the slip of the shakedown limit.
+        Slip (N,) or (N, 2) of a state of rest at this load factor, length: the first state that has
+        the allowable value (`every`), or the last state that does not exceed it. If the value is
+        not reached, the slip of the shakedown limit.
     bound
-        Load factor that multipliers prove: up to it no state of rest exceeds the value on the
-        planes tried (`every`), or above it all do. With every=False, programs do not resolve an
-        allowable value below about 1e-8 of the largest value of the band; the bound is then far
-        above the load factor.
+        Load factor that multipliers prove. With `every`, no state of rest up to this load factor
+        exceeds the value on the planes tried. Otherwise, all states of rest above it exceed the
+        value. With every=False, programs do not resolve an allowable value below about 1e-8 of the
+        largest value of the band; the bound is then far above the load factor.
     proven
         Whether `bound` holds for all planes: always if `every` is False, otherwise for Crossland,
         Dang Van and Matake. For the other parameters only the planes of a search count.
     record
         Its `residual` is the larger of two errors: the violation of the contact law by the slip,
-        and the distance of the bound from the load factor of the program, relative to the latter.
+        and the distance of the bound from the load factor of the program, relative to this load
+        factor.
 
     Examples
     --------
@@ -133,9 +134,9 @@ def fatigue_limit(
         The allowable value of the parameter at all points, > 0.
     every
         True: every state of rest has at most this value. The limit is the first load factor at
-        which some state of rest has this value; near the shakedown limit all states may be below it
-        again. False: some state of rest has at most this value. The mean load must then be a mean
-        of the loads at the corners.
+        which some state of rest has this value; near the shakedown limit, all states of rest may be
+        below the value again. False: some state of rest has at most this value. The mean load must
+        then be a mean of the loads at the corners.
     progress
         Whether to show a progress bar after two seconds.
 

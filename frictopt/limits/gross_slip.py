@@ -58,7 +58,7 @@ from .balance.statics import (
 )
 from .program.question import Question, outer_corners, pose
 
-# One file because a reader follows the question to its answer in it.
+# One file because a reader follows the question to its answer here.
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -86,15 +86,15 @@ class GrossSlip(Explained):
         The corner that governs, and its loads in words; -1 and "" if no corner governs.
     phi
         (t + 1, N) the motion of body 1 relative to body 2 that proves the load factor: slips along
-        the tangents, then lifts. The largest motion of a node has the size 1. It strains no body,
-        lifts each node by at least f times its slip, and the loads do work on it. It is zero if no
-        motion exists.
+        the tangents, then lifts. The largest motion of a node has the size 1. The motion strains no
+        body, and lifts each node by at least f times its slip; the loads do work on it. `phi` is
+        zero if no motion exists.
     motion
         The motion, one row for each contact that moves. Columns: contact; nodes, the number of
         moving nodes; x, y (and z), the direction of the slide, or in space the axis of the turn;
         slide, along this direction; lift, off a flat face; turn, the angle, in the plane from x to
-        y; at_x, at_y (and at_z), a point at rest in a turn, otherwise NaN. NaN if the nodes of a
-        contact do not move as one body.
+        y; at_x, at_y (and at_z), a point at rest in a turn, otherwise NaN. If the nodes of a
+        contact do not move as one body, all numbers from x on are NaN.
     reason
         Explanation of the load factor in words.
     self_stress
@@ -102,8 +102,9 @@ class GrossSlip(Explained):
         to 1: shear along the tangents, then pressure. None if no body moves. If such forces exist,
         equilibrium does not determine the pressure of a fit.
     record, problem
-        How it was found; its `residual`, at most 1e-9, is the largest error of both proofs. The
-        cvxpy problem of the corner, in your units, or None.
+        Solver, attempts and time. Its `residual`, at most 1e-9, is the largest error of the forces
+        that balance the loads, and of the motion that proves the bound. The cvxpy problem of the
+        corner, in your units, or None.
 
     Examples
     --------
@@ -186,31 +187,31 @@ def gross_slip(
 ) -> GrossSlip:
     """The load factor above which bodies slide off, turn over or lift off as a whole.
 
-    Above it no state of rest exists, from any start, for all slips and openings. It follows from
-    equilibrium: at each corner, contact forces have to balance the loads on all bodies that only
-    the contact holds. These forces obey friction, `|q| <= f p`, and the shear strength of the
-    surface. Stiffness, gaps and residual slips do not matter, so the result converges with the
-    mesh. It is inf if supports hold the bodies. A contact may slip for ever far below it, and
-    wedged bodies may slide off below it, because Coulomb's law does not choose the most favourable
-    forces. Theory, eq. (33).
+    Above it no state of rest exists, from any start, for all slips and openings. The load factor
+    follows from equilibrium: at each corner, contact forces have to balance the loads on all bodies
+    that only the contact holds. These forces obey friction, `|q| <= f p`, and the shear strength of
+    the surface. Stiffness, gaps and residual slips do not matter, so the result converges with the
+    mesh. The result is inf if supports hold the bodies. A contact may slip for ever at far smaller
+    load factors, and wedged bodies may slide off at smaller ones, because Coulomb's law does not
+    choose the most favourable forces. Theory, eq. (33).
 
     If contact forces can balance themselves or press against supports, equilibrium does not
     determine the pressure. Examples are a press fit, a clip, a joint with a locked bolt, or a body
     that supports guide along its face. Then transients without initial slip are followed until they
     settle, for at most 100 cycles. If they slide off at a lower load factor, the result is this
-    load factor, and `reason` says so. Its relative error is 2e-4. In space it is 1e-3, and 2e-3
-    more because only two increments lead from corner to corner; this may take minutes. Where
-    equilibrium decides, the answer comes at once.
+    load factor, and `reason` says so. The relative error of this load factor is 2e-4. In space it
+    is 3e-3: 1e-3 from the search, and 2e-3 from the transients, which take only two increments from
+    corner to corner. Transients may take minutes; if equilibrium decides, the answer comes at once.
 
     Parameters
     ----------
     system, cycle, friction
-        See `shakedown_limit`. Pressure counts in contacts without friction, too: with the friction
-        `{"flange": 0.15, "heads": 0.0}` the result is the slip load of the flange: its friction
-        times the clamping force, without friction under the heads of the bolts.
+        See `shakedown_limit`. A contact without friction still presses. So with the friction
+        `{"flange": 0.15, "heads": 0.0}` the bolts clamp the flange, and the load at the result is
+        the slip load of the flange: its friction times the clamping force.
     seconds
-        Time after which transients end. The load factor is then the largest one that they have
-        reached, and `reason` says so. 0: equilibrium alone, without transients.
+        Time after which transients end. The load factor is then the largest one at which they went
+        on, and `reason` says so. 0: equilibrium alone, without transients.
     progress
         Whether to show the progress after two seconds. An interrupt keeps the answer of equilibrium
         as its attribute `gross_slip`.

@@ -40,7 +40,7 @@ from .shakedown import ShakedownLimit, limit_of_all_openings, limit_of_any_set, 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class GuaranteedLimit(Proven):
-    """Guaranteed limit, with a witness: slip that starts from it continues just above the limit.
+    """Guaranteed limit, with a witness: a start whose slip continues just above the limit.
 
     Attributes
     ----------
@@ -301,7 +301,7 @@ def _result(shakedown: ShakedownLimit, nodes: CriticalNodes, user: Any) -> Guara
 
 
 def posed_guaranteed(question: Question) -> Question:
-    """A question, which is refused if the slips that make a node critical are no convex set."""
+    """The question itself; ModelError if the slips that make a node critical are no convex set."""
     if question.system.tangents > 1 and question.fixed and not uncoupled(question):
         raise ModelError(
             "cycle: its fixed parts differ, and the contact is in space, so the pressure "

@@ -67,8 +67,8 @@ class ShakedownProbability(Kept):
     limits
         (draws,) limits of the sample.
     assembled
-        The probability that slip stops from no slip; None if not requested. Its `form` is the
-        probability for some start.
+        The probability that slip stops from no slip; None if not requested. Its field `form` is
+        still the probability for some start.
 
     Examples
     --------

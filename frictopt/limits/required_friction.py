@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     import cvxpy as cp
 
 
-# One file because a reader follows the question to its answer in it.
+# One file because a reader follows the question to its answer here.
 
 
 class SafeByFriction:
@@ -89,9 +89,9 @@ class SafeByFriction:
     ) -> SafeSlip:
         """The safe slip with the largest margin.
 
-        `open_nodes=None`: the open nodes are searched until a slip is safe. If the question has
-        events, `events=True` also searches the orders in which nodes open and close. The nodes of
-        moving areas are always searched.
+        `open_nodes=None`: the open nodes are searched until a slip is safe. If the user passes
+        `events`, `events=True` also searches the orders in which nodes open and close. If loads
+        alone open and close nodes (`areas`), `open_nodes` is ignored.
         """
         if self.areas is not None:
             open_nodes = None
@@ -216,8 +216,8 @@ class RequiredFriction(Answered):
     def problem(self) -> cp.Problem:
         """The cvxpy problem of `safe_slip` with `required`, with its values.
 
-        Its value is the margin, which is above 0 by rounding alone. With a friction `f` of `bound`
-        it is below 0. ModelError if no friction is enough.
+        Its value is the margin, which is above 0 by rounding alone. With `bound` as the friction
+        `f`, the margin is below 0. ModelError if no friction is enough.
         """
         if self._solved is None:
             raise ModelError(
@@ -289,14 +289,14 @@ def required_friction(
     """Least uniform friction with a safe slip; whether slip stops may depend on the start.
 
     With this friction or more, the load factor is at most the shakedown limit. Between the
-    guaranteed limit and the shakedown limit, slip stops from some starts and goes on from others;
-    `limit_after_protocol` answers this for one assembly.
+    guaranteed limit and the shakedown limit, slip stops from some starts and goes on from other
+    starts; `limit_after_protocol` shows whether it stops after one assembly.
 
     A slip that is safe with friction f (f = 0 included) presses every node at every corner. It
     stays safe with more friction, because the bounds f p grow. So there is one coefficient above
     which some slip is safe and below which no slip is safe: the friction at which the margin of
-    `safe_slip` is zero. It is finite if some slip presses every node at every corner. Otherwise no
-    friction is enough.
+    `safe_slip` is zero. This coefficient is finite if some slip presses every node at every corner.
+    Otherwise no friction is enough.
 
     A larger load may need less friction, if the mean load is not safe and the cyclic loads press
     the contact. The load factors that are safe with one friction form an interval, see
@@ -304,10 +304,10 @@ def required_friction(
 
     If nodes stay open, the search of `shakedown_limit` finds a set of open nodes, and the result is
     the least friction for this set. If the search finds another set with slightly less friction,
-    the same is done for that set. Just above the answer, a slip is proven safe with its open nodes.
-    Just below, no slip is safe with the same open nodes, or with the open nodes that the search
-    finds there. Theory, eq. (16). Ctrl-C raises KeyboardInterrupt with an attribute `table`, the
-    frictions tried so far.
+    the same is done for that set. Just above the answer, some slip is proven safe with the open
+    nodes of the answer. Just below it, no slip is safe with these open nodes, or with the open
+    nodes that the search finds there. Theory, eq. (16). Ctrl-C raises KeyboardInterrupt with an
+    attribute `table`, the frictions tried so far.
 
     Parameters
     ----------
@@ -415,7 +415,7 @@ def _least_friction(safe_slips: SafeByFriction, enough: float) -> tuple[float, B
 
 
 def _open_nodes_of(safe: SafeSlip) -> tuple[bytes, Order | None]:
-    """The open nodes, and the order of those that open and close in each cycle."""
+    """The open nodes, and the order in which nodes open and close in each cycle."""
     question = safe._question
     order = question.order if isinstance(question, LiftOff) else None
     return safe.open.tobytes(), order
@@ -449,7 +449,7 @@ def _root_of_margin(
         last_step = abs(step)
         try:
             safe = safe_slips.at(friction, open_nodes)
-        # The checks may refuse all answers close to the root. The same holds close to a critical
+        # The checks may refuse all answers close to the root. This also happens close to a critical
         # friction, above which slips of any size are safe. The proof that follows decides.
         except SolverError:
             break
@@ -513,7 +513,7 @@ def _answer(
     reason: str,
     *others: SolveRecord,
 ) -> RequiredFriction:
-    """The answer with the slip that is safe with enough friction; `others` are further records."""
+    """The answer with the slip of `enough`; `others` are the records of further programs."""
     return RequiredFriction(
         load_factor=safe_slips.load_factor,
         slip=enough.slip,

@@ -5,13 +5,13 @@ falls into pieces, each with one order of openings and closings (`normal_path.py
 consists of the nodes that are open at some time. In a piece, the equations of the rim and an
 ordinary question give one interval with states of rest, or none. The loads of this question are
 affine in the load factor (theory, "Normal loads that are scaled, too"). `rests` joins the
-intervals; the end of the first one is the shakedown limit.
+intervals; the end of the first interval is the shakedown limit.
 
-In an ordinary question the same nodes are open at all corners. Its limit is the limit of contact
-areas that move, and its answer is completed for all instants:
+In an ordinary question the same nodes are open at all corners. The limit of the ordinary question
+is the limit of the contact whose areas move, and its answer is completed for all instants:
 
-- The nodes that never open have the stiffness of a contact whose rim follows them. The slip of the
-  rim, which follows from its equations, adds to their loads.
+- The nodes that never open have the stiffness of a contact whose rim follows them. The slip that
+  the equations of the rim give adds to the loads of these nodes.
 - The shear forces of the rim are linear in the load factor alone. The nodes of the rim have no
   stiffness here, so their slip changes nothing.
 - If the equations of the rim have no solution, the forces that they leave over act on nodes without
@@ -50,7 +50,7 @@ P = TypeVar("P", bound=Proven)
 
 
 def ordinary_question(areas: MovingAreas) -> tuple[Question, Integers]:
-    """The ordinary question, and the (J, N) instants at each node that are its J corners.
+    """The ordinary question, and for each node the instants (J, N) that serve as the J corners.
 
     Each node has only the instants at which it can govern, which differ from node to node.
     """
@@ -107,8 +107,8 @@ def _shear(areas: MovingAreas) -> Array:
     """(2, M, t, N) shear forces if the nodes that never open do not slip.
 
     Index 0 is the part at load factor 0, index 1 the rate with the load factor. Forces that the
-    equations of the rim leave over are scaled to the size of the loads, because even small ones
-    must be zero.
+    equations of the rim leave over are scaled to the size of the loads, because even if they are
+    small, no state of rest has them.
     """
     loads = areas.bonded_at_instants[:, :, :-1]
     motion = np.zeros_like(loads)
@@ -132,7 +132,7 @@ def _shear(areas: MovingAreas) -> Array:
 def _rows(areas: MovingAreas) -> np.ndarray:
     """(M, N) nodes that have a row at an instant.
 
-    Nodes without pressure have none, apart from those whose equations have no solution.
+    Nodes without pressure have no row, apart from nodes whose equations have no solution.
     """
     statuses = areas.at_instant
     rows = statuses.before & statuses.after
@@ -143,8 +143,8 @@ def _rows(areas: MovingAreas) -> np.ndarray:
 def _decisive(areas: MovingAreas, shear: Array, rows: Array, node: int) -> Integers:
     """The instants at which a node can govern, among those at which it has a row.
 
-    It cannot govern at an instant at which its shear force is a mean of its shear forces at other
-    instants, and its pressure is not below theirs.
+    The node cannot govern at an instant if its shear force is a mean of its shear forces at other
+    instants, and its pressure is at least the same mean of its pressures at these instants.
     """
     instants = np.flatnonzero(rows)
     if not len(instants):
@@ -164,7 +164,7 @@ def _decisive(areas: MovingAreas, shear: Array, rows: Array, node: int) -> Integ
 
 
 def on_all_instants(answer: P, areas: MovingAreas, instants: Integers) -> P:
-    """The answer about moving areas, from the answer to its ordinary question.
+    """The answer about moving areas, from the answer to their ordinary question.
 
     SolverError if the states under a safe slip violate the contact law at an instant by more than
     1e-9.
@@ -214,7 +214,7 @@ def safe_with_moving_areas(
 ) -> Any:
     """The `SafeSlip`, if loads alone open and close nodes at the load factor; else None.
 
-    It is also None if no node has friction and no slip is safe.
+    The result is also None if no node has friction and no slip is safe.
 
     `safe_slip_of` returns the safe slip of an ordinary question. SolverError: see
     `on_all_instants`.
@@ -232,8 +232,8 @@ def safe_with_moving_areas(
 
 # Constants of the walk along the load factors.
 
-# A piece is computed at this distance above its beginning, relative to the load factor plus its
-# unit. A piece, or a hole between two intervals, that is shorter than this is missed.
+# A piece is computed at this distance above its beginning, relative to the sum of the load factor
+# and the load unit. A piece, or a hole between two intervals, that is shorter than this is missed.
 _STEP = 1e-6
 # Largest number of pieces for each node and corner: a node changes the order at few load factors.
 _MOST_PIECES = 50
@@ -359,7 +359,7 @@ def _ordinary(question: Question, areas: MovingAreas) -> Question:
 
 
 def _rim_may_rest(areas: MovingAreas) -> bool:
-    """Whether the forces that the rim's equations leave over are zero somewhere in the piece."""
+    """Whether the equations of the rim have a solution somewhere in the piece."""
     constant, rate = areas.unsolved
     if not rate.any():
         return not constant.any()

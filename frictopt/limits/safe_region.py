@@ -52,7 +52,7 @@ from .shakedown import ShakedownLimit, limit_of_any_set, limit_of_question
 Corners: TypeAlias = tuple[Sequence[Mapping[str, float]], Sequence[Mapping[str, float]]]
 
 
-# One file because the region is what its rays span.
+# One file because the rays span the region.
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,11 +244,11 @@ _DIFFER = (
 class SafeRegion(Recorded, Plotted):
     """The amplitudes `(a, b)` of two loads at which some residual slip is safe.
 
-    The region is convex. If it contains a pair of amplitudes, it contains all smaller ones, because
-    both loads return to zero. The mean load is in every domain of loads, and must be safe. The
-    border leads from an amplitude of only the first load to an amplitude of only the second load.
-    In the plane it has straight sides. In space it is a curve between two polygons: `vertices` are
-    proven safe, and `outer` follows from mechanisms.
+    The region is convex. If it contains a pair of amplitudes, it contains all pairs of smaller
+    amplitudes, because both loads return to zero. The mean load is in every domain of loads, and
+    must be safe. The border leads from an amplitude of only the first load to an amplitude of only
+    the second load. In the plane it has straight sides. In space it is a curve between two
+    polygons: `vertices` are proven safe, and `outer` follows from mechanisms.
 
     Attributes
     ----------
@@ -354,10 +354,10 @@ def safe_region(
     safe region, the projection of this set on the two amplitudes. Each shakedown limit along a ray
     gives a point of the border. The mechanism of the limit gives a straight line beyond which no
     amplitudes are safe. The next ray leads to the point where two neighbouring lines meet. If this
-    point is safe, it is a vertex; otherwise the limit along the ray gives a line between the two.
-    In the plane all vertices and sides are found, with one linear program each. In space the border
-    is curved, and each ray needs a cone program. Rays are added until the polygons of points and of
-    lines agree within the tolerance. Theory, eq. (17).
+    point is safe, it is a vertex; otherwise the limit along the ray gives a new line between the
+    two lines. In the plane all vertices and sides are found, with one linear program each. In space
+    the border is curved, and each ray needs a cone program. Rays are added until the polygons of
+    points and of lines agree within the tolerance. Theory, eq. (17).
 
     If nodes stay open, the region holds for the open nodes of the limit under both loads. With
     other open nodes, larger amplitudes may be safe. Ctrl-C raises KeyboardInterrupt with an
@@ -423,8 +423,8 @@ def _border(
 ) -> tuple[list[BorderPoint], tuple[str, ...], str]:
     """The border between the ends of the rays of each load alone.
 
-    Returned are its points, the loads without a limit, and the reason. It has no points if no
-    amplitudes are safe or all are safe, and one point if one load is unlimited.
+    Returned are its points, the loads without a limit, and the reason. The border has no points if
+    no amplitudes are safe or all are safe, and one point if one load is unlimited.
     """
     for point in (first, second):
         if np.isnan(point.limit.load_factor):
@@ -582,7 +582,7 @@ def _table(sides: Sequence[Side], unlimited: Booleans) -> Table:
 def _sides(points: Sequence[BorderPoint], meeting: Sequence[Array], unlimited: bool) -> list[Side]:
     """The sides between the ends of the border and the meeting points of neighbouring lines.
 
-    Sides on the same line are one side. A side without length counts only if one load is unlimited.
+    Sides on the same line are joined. A side without length counts only if one load is unlimited.
     """
     sides: list[Side] = []
     ends = [

@@ -108,8 +108,8 @@ class SafeSlip(Proven):
         """Proof that no slip is safe (Farkas's lemma), a table like `ShakedownLimit.mechanism`.
 
         The table has slips on which the loads do more work than friction can dissipate. The forces
-        of a residual slip do no work on them, or too little within a slip bound. None if a slip is
-        safe.
+        of a residual slip do no work on these slips. Within a slip bound they do some work, but too
+        little to keep the contact stuck. None if a slip is safe.
         """
         return None if self.exists else self._mechanism
 
@@ -215,9 +215,10 @@ def safe_slip(
     load_factor
         Load factor, >= 0.
     events
-        Whether nodes may also open and close in each cycle (`shakedown_limit`), if no slip is
-        safe with nodes that stay as they are. They always may if slip changes no pressure (B = 0),
-        all nodes have friction, the law is Coulomb's, and no `slip_bound` is given.
+        Whether nodes may also open and close in each cycle (`shakedown_limit`), if no slip is safe
+        with nodes that stay open or closed. If slip changes no pressure (B = 0), all nodes have
+        friction, the law is Coulomb's, and no `slip_bound` is given, nodes may open and close even
+        with `events=False`.
 
     Returns
     -------

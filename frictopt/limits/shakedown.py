@@ -76,7 +76,7 @@ from .search.likely_sets import is_safe_at_mean_load, open_under_mean
 from .search.order_search import Limits, best_with_events
 from .search.set_search import best_open_set, may_open
 
-# One file because a reader follows the question to its answer in it, from top to bottom.
+# One file because a reader follows the question to its answer here, from top to bottom.
 
 
 @warns_of_odd_values
@@ -96,11 +96,11 @@ def shakedown_limit(
 ) -> ShakedownLimit:
     """Largest load factor with a safe slip; whether slip stops may then depend on the start.
 
-    Between the guaranteed limit and this limit, slip stops from some starts and goes on from
-    others; `limit_after_protocol` has the answer for one assembly. Safe means: every node sticks at
-    every corner of the cycle, or is open during the whole cycle (`ShakedownLimit.open`). With
-    `events`, nodes may also be open during a part of the cycle. In a small contact all sets of open
-    nodes are compared, and the best one is proven (`ShakedownLimit.best_of_all`). In a larger
+    Between the guaranteed limit and this limit, slip stops from some starts and goes on from other
+    starts; `limit_after_protocol` shows whether it stops after one assembly. Safe means: every node
+    sticks at every corner of the cycle, or is open during the whole cycle (`ShakedownLimit.open`).
+    With `events`, nodes may also be open during a part of the cycle. In a small contact all sets of
+    open nodes are compared, and the best one is proven (`ShakedownLimit.best_of_all`). In a larger
     contact, the search tries only sets near the nodes that the settled mean load opens: with other
     nodes open, the contact may shake down above the limit. If the contact is uncoupled (B = 0),
     only loads open and close nodes. Then the limit holds for all openings and closings (theory,
@@ -138,7 +138,7 @@ def shakedown_limit(
         below and `ShakedownLimit.bound` from above, by a first-order method that needs only
         products: in space, from some hundred nodes on, it takes a fraction of the time (theory, "A
         limit between two proven numbers"). The nodes that stay open are `open_nodes` or, if these
-        are None, the nodes that the mean load opens. No others are searched, so `programs` is
+        are None, the nodes that the mean load opens. No other sets are searched, so `programs` is
         refused, like `events`, `slip_bound` and `solver`. A closed node without friction is
         refused, too. If the method ends with a wider gap, a `ModelWarning` and the reason say so.
     progress
@@ -380,7 +380,7 @@ def _with_given(question: Question, open_nodes: Any) -> Question:
 
 
 def limit_within(question: Question, open_nodes: Any, gap: float) -> ShakedownLimit:
-    """The limit between two proven numbers, with given open nodes or those of the mean load."""
+    """The limit between two proven numbers, with the open nodes given, or of the mean load."""
     remedy = without_gap(question.system)
     by_products = isinstance(question.system, ContactProducts)
     if open_nodes is not None:
@@ -422,7 +422,7 @@ def _not_finite_by_products(
     """The proof that no slip is safe, or that every load factor is safe; None without a proof."""
     if found.multipliers.bound < 0:
         moves = found.multipliers.moves
-        # The cyclic loads must not do work against the mechanism, so that no load factor helps.
+        # The cyclic loads must not resist the mechanism; otherwise a large load factor may hold it.
         against = float((moves * cones.rate).sum().clip(0.0) / -(moves * cones.start).sum())
         motion = mechanism_of(question, cones, moves)
         limit = _not_finite(question, LimitKind.NO_SAFE_SLIP, against, motion)
@@ -642,17 +642,17 @@ class ShakedownLimit(ShakedownAnswer):
         (N,) or (N, 2) a residual slip that is safe at the limit, length; NaN if `load_factor` is
         not finite. See `largest_slip`. Open nodes have their slip under the mean load.
     bound
-        Upper bound of the limit for this set of open nodes only. It follows from the mechanism, and
-        with user constraints also from their multipliers. It equals `load_factor` up to `residual`,
-        or up to `gap` if this is given. It is inf if all load factors above some value are safe. It
-        is also inf if nodes open or close while fixed and scaled loads both vary: the program is
-        then not convex, and proves no bound.
+        Upper bound of the limit for this set of open nodes only. The bound follows from the
+        mechanism, and with user constraints also from their multipliers. It equals `load_factor` up
+        to `residual`, or up to `gap` if a gap is given. The bound is inf if all load factors above
+        some value are safe, and also if nodes open or close while fixed and scaled loads both vary:
+        the program is then not convex, and proves no bound.
     record
         Solver, attempts and time. If no answer of the arrays passes the checks, plain cvxpy solves
         `problem`, and the solver is "cvxpy: CLARABEL". The `residual`, at most 1e-9, is the larger
         of two errors: the violation of the contact law by `slip` at the corners, and the relative
-        distance of `bound`. If `least` is above 0, its two errors count, too. Without a finite
-        limit it is the error of the proof.
+        distance of `bound`. If `least` is above 0, the same two errors of `least` count, too.
+        Without a finite limit it is the error of the proof.
     constraints
         Names of user constraints, and "objective" if you passed an objective. They are part of the
         program; slip, residual and bound take them into account.
@@ -718,10 +718,10 @@ class ShakedownLimit(ShakedownAnswer):
     def bound_for_all(self) -> float:
         """Load factor above which no state of rest exists, for any start and any open nodes.
 
-        It is `bound` if the limit covers all states of rest, 0 if none exists. Otherwise it is
-        `bound` of `gross_slip`; 0 if a body slides off under the mean load. Inf if supports hold
-        the bodies: then the states that `covers` leaves out have no proven bound. SolverError if no
-        solver's answer passes the checks.
+        It is `bound` if the limit covers all states of rest, 0 if no state of rest exists.
+        Otherwise it is `bound` of `gross_slip`; 0 if, by equilibrium, no load factor has a state of
+        rest. Inf if supports hold the bodies: then the states that `covers` leaves out have no
+        proven bound. SolverError if no solver's answer passes the checks.
         """
         if self._all_states:
             return 0.0 if np.isnan(self.bound) else self.bound

@@ -50,7 +50,7 @@ class SafeModel:
     no slip. A copy is a new model with new unknowns.
     """
 
-    # Name of the public question: some questions know laws other than Coulomb's.
+    # Name of the public function, which decides whether laws other than Coulomb's are allowed.
     _public_question = "this question"
 
     _made: Any
@@ -114,7 +114,7 @@ class SafeModel:
 
     def __init_subclass__(cls) -> None:
         warns_of_odd_values(cls)
-        # Without this, the signature of the class would be that of __new__.
+        # Without this, the class would have the signature of __new__.
         with_self = signature(cls.__init__)
         _, *parameters = with_self.parameters.values()
         cls.__signature__ = with_self.replace(parameters=parameters)
@@ -167,7 +167,7 @@ class SafeModel:
         return user
 
     def _shown(self, answer: A) -> A:
-        """An answer whose unknowns are those of this model; they get the values of the answer."""
+        """An answer with the unknowns of this model, which get the values of the answer."""
         if isinstance(answer, Proven) and answer._solved is not None:
             answer = replace(answer, _solved=replace(answer._solved, unknowns=self._x))
         q, p = answer.reactions
@@ -266,12 +266,12 @@ class ShakedownModel(SafeModel):
             loads or amplitudes. None: the load cycle of the model.
         constraints
             cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units,
-            and on your own variables. A label (`set_label`) must not be that of a row of the model,
-            such as "stuck[0]". Constraints may be linear, or use abs, max, norms and similar
-            functions, which cvxpy turns into linear rows and second-order cones. Their multipliers
-            contribute to the proof of the limit. `bound` and `residual` include them. The open
-            nodes are the open nodes of the limit without constraints. At open nodes q and p are 0,
-            and the slip is the slip under the mean load.
+            and on your own variables. A label (`set_label`) must differ from the labels of the rows
+            of the model, such as "stuck[0]". Constraints may be linear, or use abs, max, norms and
+            similar functions, which cvxpy turns into linear rows and second-order cones. Their
+            multipliers contribute to the proof of the limit. `bound` and `residual` include them.
+            The open nodes are the open nodes of the limit without constraints. At open nodes q and
+            p are 0, and the slip is the slip under the mean load.
         objective
             Scalar to maximize over the safe slips, instead of the load factor: a concave cvxpy
             expression of the same variables and functions, such as `model.load_factor - 0.1 *
@@ -365,7 +365,8 @@ class GuaranteedModel(SafeModel):
     Raises
     ------
     ModelError
-        As in `ShakedownModel`; also if the fixed parts of the load corners differ, in space.
+        As in `ShakedownModel`; in space also if the fixed parts of the load corners differ, unless
+        B = 0.
 
     Examples
     --------

@@ -91,7 +91,7 @@ def answer(
 
 
 class _Form(NamedTuple):
-    """Arrays for a solver: those of a program, or of its dual."""
+    """Arrays for a solver, of a program or of its dual."""
 
     program: Arrays
     arrays: Arrays
@@ -176,7 +176,7 @@ def contradictions(program: Arrays) -> Iterator[Array]:
 
 
 def infeasible(program: Arrays) -> tuple[Array, float] | None:
-    """Multipliers that prove that no values of the size of their units satisfy all rows.
+    """Multipliers that prove that no unknowns up to the size of their units satisfy all rows.
 
     Returned are the multipliers with the smallest error of this proof, or the first ones whose
     error is mere rounding, and their error. The result is None if no proof is found.
@@ -192,7 +192,7 @@ def infeasible(program: Arrays) -> tuple[Array, float] | None:
 
 
 def error_of_contradiction(unbalanced: float, lack: float, far: float = FAR) -> float:
-    """The error of multipliers y that prove that slack is missing; inf if they prove nothing.
+    """The error of the proof, by multipliers y, that rows contradict each other; inf without proof.
 
     `unbalanced` is the sum of the entries of `A'y`, which would all vanish without rounding. `lack`
     is the missing slack, `-right @ y`. The proof holds for unknowns up to `far` times their units.
@@ -297,7 +297,7 @@ def _least_raise(
 
 
 def _clean(values: Array) -> Array:
-    """Values, with 0 in place of those that are mere rounding relative to the largest one.
+    """Values, with 0 in place of each value that is mere rounding relative to the largest one.
 
     At the apex of a cone, such rounding errors would move a point out of the cone.
     """

@@ -158,10 +158,11 @@ class Arrays:
 def polish(program: Arrays, x: Array, y: Array) -> tuple[Array, Array]:
     """Move a solution onto its active rows and cones, by Newton's method on their equations.
 
-    The ratio of multiplier to slack shows whether a row or cone is active: solvers leave it large
-    if it is active and small if not. The widest gap between the ratios is taken to separate active
-    from inactive ones. If this guess is wrong, the next gaps are tried. The result is the point
-    with the smallest violation of the optimality conditions. The caller checks its residual.
+    The ratio of multiplier to slack shows whether a row or cone is active: solvers leave a large
+    ratio at an active row or cone, and a small ratio at an inactive one. The widest gap between the
+    ratios is taken to separate active from inactive ones. If this guess is wrong, the next gaps are
+    tried. The result is the point with the smallest violation of the optimality conditions. The
+    caller checks its residual.
     """
     best = x, program.admissible(y)
     least = program.off(*best)
@@ -237,7 +238,7 @@ class _Active:
     def _equations(self, x: Array, m: Array) -> tuple[Array, Array, Array]:
         """Values of the active rows and cones, their gradients, and a Hessian.
 
-        The Hessian is that of minus the sum of these values, weighted by the multipliers m.
+        The Hessian belongs to minus the sum of these values, weighted by the multipliers m.
         """
         vanishing, *on_boundary = self.rows
         matrix = self._program.matrix
@@ -286,7 +287,7 @@ class _Active:
         return best[0], self._multipliers(*best, len(y))
 
     def _multipliers(self, x: Array, m: Array, count: int) -> Array:
-        """Multipliers of all rows, from those of the active set."""
+        """Multipliers of all rows, from the multipliers of the active set."""
         vanishing, *on_boundary = self.rows
         s = self._program.slack(x)
         multipliers = np.zeros(count)
@@ -345,8 +346,9 @@ def rows_of(
 ) -> Rows:
     """Make n rows or cones with the same terms.
 
-    `parts[0]` lists the terms of the first row of each cone, `parts[1]` those of the second, and so
-    on. `constant` (n,) is added to the first. Without instants or nodes, their numbers are -1.
+    `parts[0]` lists the terms of the first row of each cone, `parts[1]` the terms of the second
+    row, and so on. `constant` (n,) is added to the first row. Without instants or nodes, their
+    numbers are -1.
     """
     n, size = len(constant), len(parts)
     none = np.full(n, -1)
@@ -392,7 +394,7 @@ class Stacked(NamedTuple):
     weights: Array  # (entries,)
     constants: Array  # (R,)
     zero: int  # number of equations
-    sizes: Integers  # those of the linear rows and cones
+    sizes: Integers  # sizes of the linear rows and cones
 
 
 def stacked(rows: Sequence[Rows]) -> Stacked:

@@ -11,9 +11,9 @@ from .arrays import Arrays, columns
 class Condensed:
     """The rows `right - A y` in cones, and `objective @ y + constant`.
 
-    The unknowns y are those x that are left once each equation of the program has eliminated one.
-    Equations that follow from others, such as those of a node without friction at several corners,
-    eliminate none.
+    Each equation of the program eliminates one of the unknowns x; y are the unknowns that are left.
+    An equation that follows from other equations eliminates none. An example is a node without
+    friction, which has the same equation at several corners.
     """
 
     def __init__(self, program: Arrays) -> None:
@@ -73,7 +73,7 @@ class Condensed:
 
 
 def _independent(equations: Array, right: Array) -> Integers:
-    """The numbers of equations from which all others follow; LinAlgError if some contradict."""
+    """Indices of equations from which all others follow; LinAlgError for a contradiction."""
     count = len(equations)
     if not count:
         return np.arange(0)

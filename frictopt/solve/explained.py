@@ -36,7 +36,8 @@ class Explained(Recorded):
         try:
             problem = self.problem
         except ModelError:
-            # An answer read from a file has no user constraints, and so no problem.
+            # A limit with a gap has no problem, and files leave out a problem with user
+            # constraints.
             problem = None
         if problem is None:
             lines.append("problem     none")

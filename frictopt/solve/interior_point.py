@@ -6,7 +6,7 @@ program is `min c'y` with `s = h - A y` in cones, and its multipliers z are in c
 the number of cones, a step needs one dense matrix, see `step_equations.py`.
 
 The steps are Mehrotra's, on the homogeneous embedding, which also detects that there is no optimum
-(Andersen, Roos & Terlaky 2003). The scaling of s and z is that of Nesterov & Todd (1997).
+(Andersen, Roos & Terlaky 2003). s and z are scaled as by Nesterov & Todd (1997).
 """
 
 from typing import NamedTuple
@@ -18,7 +18,7 @@ from .arrays import Arrays
 from .condensed import Condensed, Cones, Scaling
 from .step_equations import Equations, begins_through_block
 
-# Constants of the method; errors are those of `_Residuals.error`.
+# Constants of the method; errors are measured as in `_Residuals.error`.
 
 # Largest number of steps.
 _STEPS = 100
@@ -168,7 +168,7 @@ def _solved(
         best = best.after(at, off.error)
         if best.error <= _accepted(best.stalled) or ending or not np.isfinite(off.error):
             break
-        newton = None  # its matrices are not needed beside those of the next step
+        newton = None  # its matrices are not needed beside the matrices of the next step
         try:
             newton = _Newton(program, cones, at, off, through_block)
             at = newton.stepped()

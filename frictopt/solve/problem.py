@@ -139,7 +139,7 @@ def duals(problem: cp.Problem) -> Duals:
 def problem_lines(problem: cp.Problem, value: float | None) -> list[str]:
     """Lines of text that show a problem and its parts.
 
-    They show which rows bind only if the objective of the problem has this value.
+    The lines show which rows bind only if the objective of the problem equals `value`.
     """
     objective = problem.objective.expr.value
     solved = objective is not None and (

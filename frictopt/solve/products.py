@@ -2,8 +2,9 @@
 
 A cone `|s[1:]| <= s[0]` is the product `low * high >= |s[2:]|^2` of the factors `low = s[0] - s[1]`
 and `high = s[0] + s[1]`, which are >= 0. cvxpy writes `x^2 <= t` as `|(1 - t, 2 x)| <= 1 + t`, with
-the factors 2 t and 2. If x is a micrometre, in metres, t is 1e-12, and beside the 1 its digits are
-lost. So low is multiplied by a number, here 1e6, and high is divided by it: the cone is the same.
+the factors 2 t and 2. If x is a micrometre, given in metres, then t is 1e-12, and its digits are
+lost beside the 1. So low is multiplied by a number, here 1e6, and high is divided by it: the cone
+is the same.
 """
 
 from collections.abc import Callable
@@ -41,7 +42,8 @@ class Balance:
         def allowance(unit: Array) -> Array:
             """The sizes of terms that the rows allow.
 
-            A factor may be as large as its cone needs: the rest squared over the other factor.
+            A factor may be as large as its cone needs: the squared rest of the cone, divided by the
+            other factor.
             """
             terms = sizes @ unit + constant
             rest = terms.copy()
@@ -59,7 +61,7 @@ class Balance:
         self._scale[high] = 1 / number / 2
 
     def __call__(self, values: Any) -> Any:
-        """Rows or right sides after the change; or multipliers before it, from those after it.
+        """Rows or right sides after the change; for multipliers, the change back.
 
         Both are the same operation, because the matrix of the change is symmetric.
         """

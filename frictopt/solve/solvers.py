@@ -21,8 +21,9 @@ except ImportError as error:
         "HiGHS library, import frictopt before it or in another process; else reinstall highspy"
     ) from error
 
-# Clarabel goes on until rounding stops it. If many cones meet at the optimum, only then do the
-# ratios of multiplier to slack separate active from inactive cones, see `arrays.polish`.
+# Clarabel goes on until rounding stops it. If many cones meet at the optimum, the ratios of
+# multiplier to slack separate active from inactive cones only at this accuracy, see
+# `arrays.polish`.
 _CLARABEL = {
     "tol_gap_abs": 1e-14,
     "tol_gap_rel": 1e-14,
@@ -34,9 +35,10 @@ _CLARABEL = {
 OPTIONS: MappingProxyType[str, Mapping[str, object]] = MappingProxyType(
     {
         "CLARABEL": _CLARABEL,
-        # For condensed contacts it ends with smaller errors, so that fewer answers need the polish.
+        # For condensed contacts this variant ends with smaller errors, so fewer answers need the
+        # polish.
         "CLARABEL_DIRECT": {**_CLARABEL, "equilibrate_enable": False},
-        # Its last steps have more digits, but it takes more steps.
+        # The last steps of this variant have more digits, but it takes more steps.
         "CLARABEL_FINE": {**_CLARABEL, "static_regularization_constant": 1e-10},
     }
 )
@@ -53,10 +55,10 @@ _HIGHS = {
 _DUAL = 1
 _PRIMAL = 4
 
-# The largest number of steps of the simplex method: the first number for each row and unknown, plus
-# the second. Without it, a method that goes round in a circle would last until the time limit. Of
-# some 500 programs of random contacts, a punch and fir trees, those that ended with an answer took
-# at most 0.73 steps for each row and unknown.
+# The largest number of steps of the simplex method: the first number times the count of rows and
+# unknowns, plus the second number. Without it, a method that goes round in a circle would last
+# until the time limit. Of some 500 programs of random contacts, a punch and fir trees, the programs
+# that ended with an answer took at most 0.73 steps for each row and unknown.
 _STEPS = (1, 100)
 
 _METHODS: Mapping[str, Mapping[str, object]] = MappingProxyType(
@@ -228,7 +230,7 @@ class WarmProgram:
         """Status, x, and the multipliers of the rows: above 0 at `most`, below 0 at `least`.
 
         HiGHS may stop with the status `CUT_OFF` as soon as its multipliers prove that the cost is
-        above the cutoff. If the program is infeasible, the multipliers are those of the proof.
+        above the cutoff. If the program is infeasible, the multipliers prove it.
         """
         engine = self._engine
         engine.setOptionValue("objective_bound", cutoff)

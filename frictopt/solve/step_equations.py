@@ -10,9 +10,9 @@ eliminate z. Below, H is the sparse matrix `sparse' W^-2 sparse`, which multipli
   F maps to zero. This takes one equation for each row of the block, with the matrix F F'.
 
 A contact in space has two unknowns for each row of its block. The second way then takes a third of
-the work of the first. It loses its digits near an optimum: F F' then holds the squares of very
-large and very small entries of R^-1. So the errors of the original equations are computed, and the
-first way takes over if iterative refinement does not make them small.
+the work of the first. The second way loses its digits near an optimum: F F' then holds the squares
+of very large and very small entries of R^-1. So the errors of the original equations are computed,
+and the first way takes over if iterative refinement does not make them small.
 """
 
 from collections.abc import Callable
@@ -33,14 +33,14 @@ from .condensed import Condensed, Scaling
 # factorisation succeeds.
 _SHIFTS = (1e-14, 1e-13, 1e-12, 1e-11)
 # An error of the equations of a step, relative to their right side, is corrected only if it is
-# above this.
+# above this number.
 _CORRECT = 1e-13
 # Corrections go on as long as each leaves less than this share of the error.
 _HELPS = 0.1
 # Number of rows of the matrix that are computed at once, from the diagonal on.
 _ROWS = 250
 # The way through the block needs at least this number of unknowns, and of unknowns for each row of
-# the block. With fewer, its sparse matrices take longer than the dense ones that it saves.
+# the block. With fewer unknowns, its sparse matrices take longer than the dense ones that it saves.
 _UNKNOWNS = 600
 _UNKNOWNS_PER_ROW = 1.5
 # Largest number of entries of R for each of its rows: blocks of a node have three.
@@ -82,7 +82,7 @@ class Equations:
         """The y and z, improved by iterative refinement in the original equations."""
         y, z, error = self._refined(u, v)
         if self.through_block and not error <= _ENOUGH * _largest(u, v):
-            self._way = None  # its matrices are not needed beside those of the direct way
+            self._way = None  # its matrices are not needed beside the matrices of the direct way
             self._way = _Direct(self._program, self._scaling)
             y, z, _ = self._refined(u, v)
         return y, z
@@ -145,8 +145,8 @@ class _Direct:
 class _ThroughBlock:
     """The y of `_Direct`, by the projection at the head of this file.
 
-    R is ordered so that its first rows are those of `block y`. In its first columns F is then
-    diagonal, or nearly so; in the others it is dense.
+    R is ordered so that its first rows belong to `block y`. Then F is diagonal, or nearly so, in
+    its first columns, and dense in its other columns.
     """
 
     def __init__(self, program: Condensed, scaling: Scaling) -> None:
@@ -181,10 +181,10 @@ class _ThroughBlock:
 def _inverse_root(weights: csr_array, n: int) -> csr_array:
     """The matrix `X = R^-1` with `weights = R' R`, for a sparse positive definite matrix.
 
-    The rows of X are in the order of the weights. The columns of X are reordered: first come those
-    for the weights from number n on, and in both parts the columns with few entries come first.
-    Then R has few entries, and so has X. ArithmeticError if R or X has many, or if rounding leaves
-    the weights indefinite.
+    The rows of X are in the order of the weights. The columns of X are reordered: first come the
+    columns for the weights from index n on, and in both parts the columns with few entries come
+    first. Then R has few entries, and so has X. ArithmeticError if R or X has many entries, or if
+    rounding leaves the weights indefinite.
     """
     counts = np.diff(weights.indptr)
     order = np.concatenate(

@@ -3,9 +3,9 @@
 The work of a periodic orbit depends on its start only through the slips of its locked nodes, which
 stick through the whole cycle. A step is a linear program. It finds the change of these slips,
 within a trust region, that changes the work most, while every locked node stays within its friction
-bound at every event. In space four tangents replace the friction circle, one of them at the shear
-itself. The motions of the other nodes follow, because the orbit stays periodic. The step is only a
-proposal; the transient from the new start decides.
+bound at every event. In space four tangents replace the friction circle. One of them touches the
+circle in the direction of the shear. The motions of the other nodes follow, because the orbit stays
+periodic. The step is only a proposal; the transient from the new start decides.
 """
 
 from copy import copy

@@ -21,8 +21,8 @@ from .starts import Start
 
 # Digits of numbers in keys; other processors may change later digits.
 _DIGITS = 9
-# Square root of the rounding of a stiffness, relative to the largest stiffness. Sizes of nodes that
-# are below this share of the largest size are raised to it.
+# Square root of the rounding of a stiffness, relative to the largest stiffness. Sizes of nodes
+# below this share of the largest size are raised to this share.
 _ROUNDING_OF_SIZE = 1e-8
 
 KEY = 20
@@ -30,7 +30,7 @@ KEY = 20
 
 
 def sketch(system: ContactSystem, cycle: LoadCycle) -> Array:
-    """Numbers that distinguish a contact under a load cycle from others.
+    """Numbers that distinguish a contact under a load cycle from other contacts and load cycles.
 
     They are three weighted sums of each row of the scaled stiffness, the scales, and the reactions,
     gaps and strengths. Two contacts are the same if their sketches differ by 1e-9 at most.

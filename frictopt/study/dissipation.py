@@ -101,15 +101,16 @@ def dissipation_study(
         interface of `concurrent.futures`, such as a dask client's `get_executor()`; None: this
         process. An executor gets at most 256 tasks at a time. A task takes runs until one second
         has passed, and finishes the last run. Processes of this machine are replaced if they end
-        early, and all of them end with this process. The runs of a lost task are given to two other
-        tasks. If a run is lost twice with a task of its own, its row contains this error.
+        early, and all of them end with this process. The runs of a lost task are divided between
+        two new tasks, until the run that ends its tasks is alone. If a run is lost twice while it
+        is alone, it fails, and its row says so.
     store
         File that keeps each run when its task ends; a run is identified by its content. A study
         that is started again, also after it was killed or on another machine, follows only runs
         that are missing or failed, or that another version of frictopt followed. Contacts are the
-        same if their numbers differ by 1e-9 at most; random slips are the same if family, amplitude
-        and seed are. Several studies may share the file on a disk of this machine.
-        `results.read_store` reads it.
+        same if their numbers differ by 1e-9 at most; random slips are the same if they have the
+        same family, amplitude and seed. Several studies may share the file on a disk of this
+        machine. `results.read_store` reads it.
     progress
         Whether to show count, rate and remaining time in a terminal or notebook.
 

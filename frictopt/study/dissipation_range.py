@@ -34,14 +34,14 @@ from .range_starts import RangeStarts
 # Numbers of the order in which a range is searched.
 
 # Number of levels with the most work, and with the least work, from which the first search goes on.
-# A level is a work of friction that differs from all others found.
+# A level is a work of friction that differs from all other works found.
 _CLIMBED = 12
 _DESCENDED = 2
 # Largest number of rounds of random starts around both ends, and number of the best random starts
 # at each end from which the search goes on.
 _ROUNDS = 8
 _CLIMBED_AROUND = 4
-# The search goes on from random starts whose work differs from that of the end by at most this
+# The search goes on from random starts whose work differs from the work of the end by at most this
 # share of the range.
 _REACH = 0.2
 # Relative change of an end after which random starts are tried again.
@@ -307,7 +307,7 @@ def _search_from(search: Search, levels: list[Orbit]) -> list[Orbit]:
 def _climb_around(
     search: Search, best: Orbit, sense: int, new: list[Orbit], reach: float
 ) -> list[Orbit]:
-    """Ends of the search from the best new levels near one end, and from that end if it stopped."""
+    """Ends of the search from the best new levels near one end, and from a stopped end itself."""
     near = [orbit for orbit in new if sense * (best.work - orbit.work) <= reach]
     near = near[:_CLIMBED_AROUND]
     if best.end == STOPPED:

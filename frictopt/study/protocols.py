@@ -148,7 +148,7 @@ class Search:
         return first
 
     def others_slip(self, grid: Array) -> bool:
-        """Whether the contact comes to rest nowhere beyond the first value without rest."""
+        """Whether the contact does not come to rest at any later value of the grid, either."""
         rests_at = self.rests_at
         others = [self._rests(value) for value in grid.tolist() if value not in self.tried]
         self.rests_at = rests_at
@@ -354,14 +354,14 @@ class FrictionAfterProtocol(AfterProtocol):
     Attributes
     ----------
     required, lower
-        `required` is the least coefficient of friction such that the contact comes to rest with it
-        and with all larger frictions tried; inf if it does not come to rest with the largest
-        friction. `lower` is the largest friction tried with which the contact does not come to
-        rest, or a transient has no result (see `note`). If the contact comes to rest with all
-        frictions tried, `lower` is the `bound` of `required_friction`.
+        The contact comes to rest with the coefficient of friction `required`, and with all larger
+        frictions tried; inf if it does not come to rest with the largest friction. `lower` is the
+        largest friction tried with which it does not, or with which a transient has no result, see
+        `note`. If the contact comes to rest with all frictions tried, `lower` is the `bound` of
+        `required_friction`.
     least
-        Result `required` of `required_friction`. With less friction, no start comes to rest while
-        all nodes stay closed.
+        Result `required` of `required_friction`. With less friction, the contact comes to rest from
+        no start while all nodes stay closed.
     load_factor
         The given load factor.
     tried

@@ -65,7 +65,7 @@ class Orbit:
     `name` is the name of the first start of the search; `start` is the slip at which this transient
     starts, (N,) or (N, 2), length. `state` is the steady state, and `path` the transient that has
     reached it at the last corner. Both are None if the transient has no result. `end` says why the
-    search from this orbit ended; it is "followed" if there was no search from it.
+    search from this orbit ended; it is "followed" if no search went on from it.
     """
 
     name: str
@@ -133,9 +133,9 @@ class Search:
     ) -> Orbit:
         """Follow the transient from a start for at most `most` cycles.
 
-        It is given up if two successive cycles have less work than `least`, because the work of a
-        transient usually falls from cycle to cycle. In a thousand random transients it rose by at
-        most some 2 %.
+        The transient is given up if two successive cycles have less work than `least`, because the
+        work of a transient usually falls from cycle to cycle. In a thousand random transients the
+        work rose by at most some 2 %.
         """
         self.transients += 1
         self._count_one()

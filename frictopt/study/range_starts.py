@@ -69,7 +69,7 @@ class RangeStarts:
                 question.system, question.cycle, question.friction, slip_bound=question.slip_bound
             )
         except (ModelError, SolverError):
-            # In space there is no guaranteed limit of a cycle with a fixed part.
+            # In space a coupled contact has no guaranteed limit under a cycle with a fixed part.
             return {}
         if not np.isfinite(limit.load_factor):
             return {}
@@ -168,7 +168,7 @@ def _space_directions(system: ContactSystem) -> dict[str, Array]:
 
 
 def _furthest_apart(vectors: Array) -> list[int]:
-    """Numbers of at most twelve vectors that are furthest apart.
+    """Indices of at most twelve vectors that are furthest apart.
 
     Each next vector is the one whose nearest neighbour among zero and the chosen vectors is
     furthest.

@@ -308,7 +308,8 @@ class Workers(ThreadPoolExecutor):
 def _begin(end: Connection) -> None:
     """Begin a process: it has one BLAS thread, so that processes do not compete.
 
-    A terminal sends Ctrl-C to all processes. It interrupts only tasks, which hand over their rows.
+    A terminal sends Ctrl-C to all processes. Ctrl-C interrupts only tasks, which hand over their
+    rows.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threadpool_limits(1)

@@ -65,8 +65,8 @@ class Start(Shown):
         (N,) residual slip from assembly, in space (N, 2), length; None: no slip, or a multiple of
         the safe slip.
     safe_multiple
-        Multiple of the safe slip at the load factor of the run, or at the shakedown limit if it is
-        lower. None: `slip` is given, or the start has no slip.
+        Multiple of the safe slip at the load factor of the run, or at the shakedown limit if this
+        limit is lower. None: the start has another slip, a state, or no slip.
     overload, seed
         Load factor of one extra cycle before all others, and seed of a random slip; None if the
         start has none.

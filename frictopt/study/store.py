@@ -143,7 +143,7 @@ class Store:
         return {key: _number(limit) for key, limit, version in sound if version == own}
 
     def _sound(self, table: str) -> list[list[Any]]:
-        """The rows of a table that have the right checksum; a warning counts the others."""
+        """The rows of a table that have the right checksum; a warning counts all other rows."""
         with _store_errors(self.path):
             stored = self._connection.execute(f"SELECT * FROM {table} ORDER BY key").fetchall()
         sound = [values for *values, checksum in stored if checksum == _checksum(values)]

@@ -76,7 +76,7 @@ def check_slip(question: Question, load_factor: float, slip: Array) -> None:
 
 
 def _rounding(question: Question, load_factor: float, slip: Array) -> float:
-    """Rounding of the forces, over the force unit; large, if friction holds a very large slip."""
+    """Rounding error of the forces, divided by the force unit; large if the slip is very large."""
     _, r = question.instants(load_factor, slip)
     return ROUNDING * float(np.abs(r).max()) / question.force
 
@@ -129,7 +129,8 @@ def check_bound(question: Question, motion: Mechanism, load_factor: float, bound
 def check_growth(question: Question, solved: Solved) -> None:
     """Check that a slip may grow with the load without end; ValueError if it violates the law."""
     rate = solved.values["load_factor"]
-    # From this load factor on, all forces that do not grow are below the residual.
+    # From this load factor on, the forces that do not grow are less than the share RESIDUAL of the
+    # forces that do.
     far = question.load_unit / RESIDUAL
     off = np.inf
     if rate > 0:
@@ -146,14 +147,14 @@ def check_contradiction(question: Question, motion: Mechanism) -> None:
 
 
 def bound_of(question: Question, motion: Mechanism) -> float:
-    """The load factor above which a mechanism proves that no slip is safe; nan if it proves none.
+    """The load factor above which a mechanism proves that no slip is safe; nan without a proof.
 
     If no load factor is safe, this number is below 0.
 
     In a safe state the forces do no negative work on the mechanism. At a closed node, the shear
     force is at most friction times the pressure, and the mechanism lifts the node by at least
     friction times its slip. At open nodes the mechanism causes no shear force and no pressure. The
-    forces of a residual slip do no work on it, so only the loads do.
+    forces of a residual slip do no work on the mechanism, so only the loads do.
     """
     system = question.system
     normals = len(system.S) - system.nodes
@@ -184,9 +185,10 @@ def bound_of(question: Question, motion: Mechanism) -> float:
 
 
 def _work_of_shearing(question: Question, sheared: Array) -> float:
-    """Work of the slips at which the surface shears off.
+    """Work at the slips of a mechanism at which the surface shears off.
 
-    Their lift falls short of friction times the slip by `sheared`.
+    At such a slip, the mechanism lifts the node by less than friction times the slip; `sheared` is
+    the difference.
     """
     if not question.system.capped:
         return 0.0
@@ -271,8 +273,8 @@ class Answered(Recorded, Plotted):
         loads (at this place, for load factor 1). The way counts segments: 2.5 is half way from
         corner 2 to the next one. If the load goes to and fro on a line, the way is 0 at one end and
         1 at the other. The table then has only the events from the first end to the other, because
-        the way back has them in reverse. But if normal loads alone open and close nodes, it has all
-        events of the cycle. The table is empty if no node opens and closes.
+        the way back has them in reverse. But if normal loads alone open and close nodes, the table
+        has all events of the cycle. The table is empty if no node opens and closes.
         """
         import pandas as pd  # imported here, because only tables need it
 
@@ -347,7 +349,7 @@ class Proven(Answered, Explained):
     _solved: Solved | None = field(default=None, kw_only=True)
 
     def __getstate__(self) -> dict[str, object]:
-        """Copies have a problem of their own."""
+        """The fields of a copy, which has its own problem."""
         return {**super().__getstate__(), "_solved": copy.copy(self._solved)}
 
     def _check_exact(self, name: str) -> None:
@@ -422,10 +424,10 @@ class Proven(Answered, Explained):
 
     @property
     def _by_friction(self) -> Array:
-        """(N,) rate with each node's friction: multipliers of its bounds, times its pressures."""
+        """(N,) rate of the goal with each node's friction: friction multipliers times pressures."""
         _, _, p = self._instants
         if self._question.moves:
-            # In this program a corner is not the same instant at each node.
+            # In this program, a corner may be a different instant at each node.
             return np.asarray((self._motion.size * p).sum(axis=0))
         stuck = self._solved.multipliers.get("stuck", 0.0) if self._solved else 0.0
         return np.asarray((np.maximum(stuck, 0.0) * p).sum(axis=0))

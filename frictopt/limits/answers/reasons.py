@@ -69,7 +69,7 @@ def nothing_with_events(limit: ShakedownAnswer) -> str:
 
 
 def shakedown_reason(limit: ShakedownAnswer) -> str:
-    """Why a shakedown limit is what it is."""
+    """Why a shakedown limit has its value, in words."""
     grows = limit.kind is LimitKind.UNBOUNDED
     if limit._question.moves and not grows and not limit._why:
         return _reason_of_moving(limit)
@@ -160,12 +160,13 @@ def _moving(question: MovingAreas) -> str:
 
 
 def governing_node(limit: ShakedownAnswer) -> str:
-    """A warning about the node that governs a finite limit, if one is due.
+    """A warning about the node that governs a finite limit, or an empty string.
 
-    The limit may depend on the mesh, or only residual slip may press the node.
+    The warning says that the limit depends on the mesh, or that only residual slip presses the
+    node.
     """
     question = limit._question
-    # The mechanism of a limit with a gap is rough, and may move other nodes, too.
+    # The mechanism of a limit with a gap is rough, and may move nodes that do not govern.
     if limit.kind is not LimitKind.FINITE or limit.gap is not None:
         return ""
     node = limit._ruling
@@ -179,7 +180,7 @@ def governing_node(limit: ShakedownAnswer) -> str:
 
 
 def _is_at_mesh_border(limit: ShakedownAnswer, node: int) -> bool:
-    """Whether a closed node is beside open ones and carries less than the mean pressure.
+    """Whether a closed node is beside open nodes and carries less than the mean pressure.
 
     At the border of the closed nodes the pressure falls to 0, unless it peaks at an edge.
     """
@@ -237,7 +238,7 @@ def _call_with_events(limit: ShakedownAnswer) -> str:
     """The advice to pass `events=True`, if nodes can open and close in a state of rest."""
     question = limit._question
     unknown = limit.constraints or question.slip_bound is not None or question.system.capped
-    # With events, too, a node without friction would have to keep its slip in a state of rest.
+    # In a state of rest with events, too, a node without friction would have to keep its slip.
     if limit.kind is LimitKind.FINITE and _slides_freely(limit):
         return ""
     # In `ContactProducts` no node can open.
@@ -274,7 +275,7 @@ def _slides_freely(limit: ShakedownAnswer) -> bool:
 
 
 def _start(limit: ShakedownAnswer) -> tuple[str, str]:
-    """Two phrases: from which load factor on slips are safe, and what holds below it."""
+    """Two phrases: from which load factor on slips are safe, and why none is safe below it."""
     least = limit.least
     if np.isnan(least):
         return " from some on", START_UNKNOWN
@@ -306,7 +307,7 @@ def _others(limit: ShakedownAnswer) -> str:
 def guaranteed_reason(
     shakedown: ShakedownAnswer, best: NodeClaim | None, uncoupled: bool, coincide: int
 ) -> str:
-    """The reason of a guaranteed limit, and a warning about starts that it does not cover.
+    """The reason of a guaranteed limit, and a warning about starts that the limit does not cover.
 
     `best` is the critical node of the limit, if any; `coincide` is the number of nodes that are
     critical only at the least safe load factor.
@@ -366,7 +367,7 @@ def _may_wedge(shakedown: ShakedownAnswer, node: int) -> bool:
 
 
 def _may_lift(shakedown: ShakedownAnswer, load_factor: float) -> bool:
-    """Whether slip may go on below the limit after starts that keep opening and closing nodes."""
+    """Whether slip may go on below the limit, from starts after which nodes open in every cycle."""
     if not shakedown.least < load_factor < np.inf:
         return False
     if shakedown.open.any() or not shakedown.friction.all():
@@ -376,7 +377,7 @@ def _may_lift(shakedown: ShakedownAnswer, load_factor: float) -> bool:
 
 
 def safe_slip_reason(safe: Proven, exists: bool) -> str:
-    """Effect of a safe slip, or why none is safe, in words."""
+    """Effect of a safe slip, or why no slip is safe, in words."""
     question = safe._question
     within = within_bound(question)
     opened = int(safe.open.sum())

@@ -39,9 +39,9 @@ class LeastSlip(Kept):
     """Proven lower bound of slip and gaps in every cycle at a load factor, from every start.
 
     The sum over the corners of `g @ v + h @ w` is at least `bound`. Theory, eq. (20). `v` and `w`
-    are slips and gaps at the corners of any cycle, also before the motion is periodic. A bound
-    that is not positive proves nothing. If nodes are open, the bound holds while they carry no
-    force.
+    are slips and gaps at the corners of any cycle, also before the motion is periodic. A bound that
+    is not positive proves nothing. If nodes are open at the limit, the bound holds while these
+    nodes carry no force.
 
     Attributes
     ----------
@@ -137,8 +137,9 @@ class Searched(NamedTuple):
     """Proven facts on all sets of nodes that stay open, from the search of open nodes."""
 
     programs: int = 0
-    # A load factor that no set exceeds; -inf if no set has a safe load factor. A set that is not
-    # safe at the limit may exceed this bound, but is safe only from the load factor `separate` on.
+    # A load factor above which no set is safe; -inf if no set has a safe load factor. Sets that are
+    # not safe at the limit are an exception: they may be safe above the bound, from the load factor
+    # `separate` on.
     bound: float = np.inf
     separate: float = np.inf
 
@@ -161,8 +162,8 @@ class ShakedownAnswer(Proven):
     def check_kept(self) -> None:
         """Check the numbers, slip and mechanism of a limit from a file; ValueError if one is wrong.
 
-        Only the slip is checked if the proof would need more: with a slip bound or rows of the
-        user, which have further multipliers, or with nodes that open and close.
+        With a slip bound or rows of the user, which have further multipliers, or with nodes that
+        open and close, the mechanism alone is no proof, and is not checked.
         """
         question = self._question
         plain = type(question) is Question and question.slip_bound is None
@@ -203,8 +204,9 @@ class ShakedownAnswer(Proven):
     def mechanism(self) -> Table:
         """The nodes that limit the load, largest share of the slip first.
 
-        A symmetric contact has several such mechanisms; one is shown. Columns: node, x, corner,
-        its loads, direction (+1 slips along +x, -1 against it; in space slip1 and slip2), share.
+        A symmetric contact has several such mechanisms; one is shown. Columns: node, contact (if
+        several), x (x, y, z in space), corner, its loads, direction (+1 slips along +x, -1 against
+        it, 0 opens; in space slip1 and slip2), share.
         """
         return self._mechanism
 
@@ -230,10 +232,10 @@ class ShakedownAnswer(Proven):
         Columns: load, part ("mean", or the loads of a corner), amplitude, rate. The mean part lists
         all load cases of the system, also unused ones: the bolt to tighten is the row with the
         largest rate. The limit has a kink if several nodes, such as mirror images, govern at once;
-        then the rate is one-sided. The rates are NaN without a finite limit, and under user
-        constraints, which may depend on the loads. They are NaN, too, if loads alone open and close
-        nodes in each cycle (`events`): the loads then move the events, and the mechanism does not
-        show this.
+        each rate then lies between the rates of the two sides. The rates are NaN without a finite
+        limit, and under user constraints, which may depend on the loads. They are NaN, too, if
+        loads alone open and close nodes in each cycle (`events`): the loads then move the events,
+        and the mechanism does not show this.
         """
         self._check_exact("load_rates")
         cycle = self.cycle
@@ -303,15 +305,15 @@ class ShakedownAnswer(Proven):
 
     @property
     def programs(self) -> int:
-        """The number of programs of the search of open nodes; 0 if the open nodes were given."""
+        """The number of programs that the search of open nodes solved; 0 if the set was given."""
         return self._searched.programs
 
     @property
     def best_of_all(self) -> bool:
         """Whether no other set of nodes that stay open all through the cycle has a higher limit.
 
-        It is proven up to a relative difference of 1e-7, for all sets whose closed nodes hold the
-        open ones, by branch and bound. Sets that are safe at no load factor up to the limit do not
+        Branch and bound proves it up to a relative difference of 1e-7, for all sets whose closed
+        nodes hold the open nodes. Sets that are safe at no load factor up to the limit do not
         count; `covers` names the load factor from which they are safe. False if the search ended
         early, or if the set was given.
         """
@@ -323,9 +325,10 @@ class ShakedownAnswer(Proven):
 
     @property
     def _of_every_start(self) -> bool:
-        """Whether the theorem of uncoupled contacts covers the limit, if the contact is uncoupled.
+        """Whether the theorem of uncoupled contacts covers the limit of an uncoupled contact.
 
-        If nodes open and close in each cycle, its proof needs supports that hold the bodies.
+        If nodes open and close in each cycle, the proof of the theorem needs supports that hold the
+        bodies.
         """
         if self.kind is LimitKind.NO_SAFE_SLIP:
             return False
@@ -356,8 +359,8 @@ class ShakedownAnswer(Proven):
     def least_slip(self, load_factor: float) -> LeastSlip:
         """Proven lower bound of slip and gaps in every cycle at a load factor, from every start.
 
-        It is positive above the limit. If nodes are open, it holds for cycles in which they carry
-        no force.
+        It is positive above the limit. If nodes are open at the limit, the bound holds for cycles
+        in which these nodes carry no force.
 
         Raises
         ------

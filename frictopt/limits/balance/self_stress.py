@@ -1,13 +1,13 @@
 """Contact forces that balance themselves, and the load at which transients slide off.
 
-For statics, all forces within friction that balance the loads are possible. Without loads these
-forces form a cone: the contact forces within friction that balance themselves in all rigid motions,
-and press somewhere. The cone contains only zero for a block on a plane. Then the loads bound all
-contact forces, and equilibrium is sufficient. It contains more for a shaft in a shrunk hub, a plate
-in a clip or a locked bolt. Then statics may add as much of these forces as friction needs, whatever
-pressure the fit has. The cone depends on friction, because a wedge below its angle of friction
-holds itself by friction. The cone contains only zero if the normals of all faces lean from one
-direction by less than 90 degrees minus the angle of friction.
+For statics, all forces within friction that balance the loads are possible. If there are no loads,
+these forces form a cone: the contact forces within friction that balance themselves in all rigid
+motions. For a block on a plane, the cone contains only zero. Then the loads bound all contact
+forces, and equilibrium is sufficient. For a shaft in a shrunk hub, a plate in a clip or a locked
+bolt, the cone contains more. Then statics may add as much of these forces as are needed to hold the
+load by friction, whatever pressure the fit has. The cone depends on friction, because a wedge below
+its angle of friction holds itself by friction. The cone contains only zero if the normals of all
+faces lean from one direction by less than 90 degrees minus the angle of friction.
 
 Only elasticity shows how strongly a fit presses. So the load is found by transients that start from
 no slip and are followed until they settle, or for a number of cycles.
@@ -28,8 +28,8 @@ from ...errors import NoContinuation, SolverError
 # Load factor of the first transient, divided by the sliding-off load by statics. If this load is
 # infinite, the unit of the loads takes its place.
 _START = 1e-2
-# A transient that goes on at this share of a load factor confirms it: the load factor of statics,
-# or the load factor at which first cycles end.
+# The load factor of statics, or the load factor at which first cycles end, is confirmed if a
+# transient goes on at this share of it.
 _END = 0.99
 # Largest load factor that is tried, over the unit of the loads, if statics gives an infinite one.
 _END_WITHOUT_STATICS = 1e6
@@ -37,7 +37,7 @@ _END_WITHOUT_STATICS = 1e6
 _GROWTH = 4.0
 # Number of times that the load factor shrinks before the answer is 0.
 _MOST_SHRINKS = 10
-# Width of the last bracket of load factors, over its upper end.
+# Width of the last bracket of load factors, divided by its upper end.
 _TOLERANCE = 2e-4
 # In space: number of increments from corner to corner, and width of the bracket, which is below the
 # error due to the increments.
@@ -52,9 +52,10 @@ _FINER = 4
 
 @dataclass(frozen=True)
 class Bracket:
-    """The transient goes on at load factor `low` and ends at `high`; `why` is its error.
+    """The transient goes on at load factor `low` and ends at `high`, with the error `why`.
 
-    `low` is 0 if no load factor is known at which it goes on. If it ends nowhere, `why` is "".
+    `low` is 0 if no load factor is known at which it goes on. If the transient ends at no load
+    factor, `why` is "".
     """
 
     low: float
@@ -92,7 +93,7 @@ def sliding_off(
 
     def follow_all_cycles(load_factor: float) -> None:
         path = path_of(system, cycle, friction, load_factor, steps=steps)
-        # The run is left long before it would give up by itself: the error that it then raises
+        # The run is left long before it would give up by itself: the error that it would then raise
         # would count as the end of the transient.
         run = Run(path.start(), MOST_CYCLES, bar.update)
         while run.cycles < _FOLLOWED_CYCLES and run.advance() is None:
@@ -128,8 +129,8 @@ def sliding_off(
             why = _end_of(follow_all_cycles, known.low) if known.low > 0 else ""
             cycles = True
             if why:
-                # Most transients that end later end just below the load factor at which first
-                # cycles end.
+                # Most transients that end in a later cycle do so just below the load factor at
+                # which first cycles end.
                 known = Bracket(0.0, known.low, why)
                 approach(follow_all_cycles, _END * known.high, known.high, known)
     except OutOfTime:

@@ -1,10 +1,10 @@
 """Statics of bodies and faces at one load corner; rigid motions as a table and in words.
 
-`corner_answer` has the largest or least load factor at which contact forces balance a corner of a
-load cycle. Contact forces within friction have to do the work of the loads in all rigid motions of
-the bodies. If no forces do so at a larger load factor, a rigid motion proves it: contact forces
-cannot do negative work on this motion, but a larger load would need such work. The multipliers of
-the balance give this motion; `motion_table` and `motions_in_words` describe it.
+`corner_answer` has the largest or least load factor at which contact forces balance the load at a
+corner of the load cycle. Contact forces within friction have to do the work of the loads in all
+rigid motions of the bodies. If no forces do so at a larger load factor, a rigid motion proves it:
+contact forces cannot do negative work on this motion, but a larger load would need such work. The
+multipliers of the balance give this motion; `motion_table` and `motions_in_words` describe it.
 
 `slides_in_full_at` has the load factor at which all nodes of one face of a joint slide. While all
 faces stick, the loads send a resultant and a moment through the face, which its shear forces have
@@ -46,7 +46,7 @@ from ..program.question import Question
 @kept
 @dataclass(frozen=True, eq=False)
 class CornerQuestion:
-    """Asks for the largest (sense 1) or least load factor at which contact forces balance a corner.
+    """Asks for the largest (sense 1) or least load factor at which forces balance a corner's load.
 
     N (M, m) are rigid motions, r0 (M,) the reactions of the corner at load factor 0, and r1 (M,)
     the reactions that a load factor of 1 adds.
@@ -62,7 +62,7 @@ class CornerQuestion:
 
 @dataclass(frozen=True, eq=False)
 class CornerAnswer:
-    """A load factor of a corner, its bound, and the motion phi (M,) of size 1 that proves it.
+    """A load factor of a corner, its bound, and the motion phi (M,) of size 1 that proves both.
 
     The load factor is NaN if there is none at which contact forces balance the load.
     """
@@ -122,7 +122,7 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
         bound = -sense * least_cost * unit
         gap = (abs(bound - value) + error * unit) / max(value, FLOOR * unit)
         residual = max(gap, program.violation(x))
-        # That a load factor is at least 0 needs no motion as proof.
+        # No load factor is below 0, so a least load factor of 0 needs no motion as proof.
         proof = None if value == 0 and sense < 0 else y
         return claim(value, bound, residual, proof, x[:M] * units[:M])
 
@@ -141,7 +141,7 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
 def balance_program(rows: list[Rows], units: Array, sense: float) -> Arrays:
     """The program of the largest (sense 1) or least load factor, >= 0, under some rows.
 
-    The load factor is the last quantity; `units` are those of all quantities.
+    The load factor is the last quantity; `units` has the unit of each quantity.
     """
     last = len(units) - 1
     load_factor = [(np.array([last]), np.ones(1))]
@@ -171,7 +171,7 @@ def drives(N: Array, r: Array) -> bool:
 
 
 def _load_unit(question: Question, N: Array, r0: Array, r1: Array) -> float:
-    """Load factor at which the cyclic load is as large as the mean load can hold.
+    """Load factor at which the cyclic load is about what friction under the mean load can hold.
 
     The shear work of the cyclic load is compared with the friction of the mean load, and its work
     in normal motions with the mean load itself.
@@ -188,7 +188,8 @@ def _load_unit(question: Question, N: Array, r0: Array, r1: Array) -> float:
 # Motions below this share of the largest one are reported as zero: this is the error of cone
 # solvers.
 MOVES = 1e-4
-# Nodes move as one body if each is off the body's motion by at most this share of the largest one.
+# Nodes move as one body if each is off the body's motion by at most this share of the largest
+# motion.
 _FIT = COUNTS
 # Largest number of contacts, and of motions, that a reason names.
 _MOST_PARTS = 3
@@ -216,8 +217,9 @@ def motion_table(system: ContactSystem, phi: Array) -> Table:
 def _motion_as_one_body(points: Array, normals: Array, moves: Array) -> list[float]:
     """The rigid motion of some nodes, see `GrossSlip.motion`: direction, slide, lift, turn, point.
 
-    All are NaN if the nodes do not move as one body. The direction is that of the slide, or of the
-    axis of a turn in space; the point is the centre of the turn, in space a point of its axis.
+    All are NaN if the nodes do not move as one body. The direction is the direction of the slide,
+    or, for a turn in space, of its axis. The point is the centre of a turn, in space a point of its
+    axis.
     """
     axes = points.shape[1]
     centre = points.mean(axis=0)
@@ -325,7 +327,7 @@ def slides_in_full_at(
 
 
 def _sliding_motions(system: ContactSystem, face: Booleans) -> Array:
-    """(t n, k) slips of the n nodes of a face that move as one body and do not open."""
+    """(t n, k) slips of the n nodes of a face, if it moves as one body and no node opens."""
     arms = system.points[face] - system.points[face].mean(axis=0)
     motions = rigid_displacements(arms / (np.abs(arms).max() or 1.0))
     along = np.einsum("nak,nkm->anm", system.frames[face], motions)
@@ -339,7 +341,7 @@ def _sliding_motions(system: ContactSystem, face: Booleans) -> Array:
 def _at_corner(
     system: ContactSystem, friction: Array, face: Booleans, motions: Array, load: FaceLoad
 ) -> float:
-    """The load factor up to which shear forces within friction can have the resultants of a load.
+    """The load factor up to which shear forces within friction can carry the resultants of a load.
 
     The unknowns are the shear forces of the face, and the load factor.
     """
@@ -351,7 +353,7 @@ def _at_corner(
     law = contact_law(system, friction)
     force = float(law.bound(load.p)[face].sum()) or 1.0
     cyclic = shear(load.cyclic)
-    # If forces balance each other, such as those of a strain beside the face, their resultant
+    # If forces balance each other, such as the forces of a strain beside the face, their resultant
     # is only rounding.
     if (np.abs(motions.T @ cyclic) <= ROUNDING * (np.abs(motions.T) @ np.abs(cyclic))).all():
         cyclic = np.zeros_like(cyclic)

@@ -40,7 +40,7 @@ OpenNodes: TypeAlias = Sequence[Booleans]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Design(Answered, Explained):
-    """A best design. `system` and `cycle` contain it, to be passed to other functions.
+    """A best design, built into `system` and `cycle`, which other functions take.
 
     The profile is contained in the initial gap of the system. If added material overlaps, the
     overlap is in the load case "profile". From some starts slip may continue for ever even below
@@ -56,12 +56,14 @@ class Design(Answered, Explained):
         limit.
     least
         All load factors from `least` to `load_factor` are safe with the design, in all scenarios.
-        It is 0 if the design is safe under the mean load. It is above 0 if no such design was found
-        for these open nodes, for example because the cyclic loads have to press the contact. Below
-        `least` no slip is safe with the same nodes open. It is NaN if rounding hides it.
+        `least` is 0 if the design is safe under the mean load. It is above 0 if, with these open
+        nodes, no design was found that is safe under its mean load, for example because the cyclic
+        loads have to press the contact. Below `least` no slip is safe with the same nodes open.
+        `least` is NaN if rounding hides it.
     bound
         Upper bound of the load factor (or objective), from the multipliers, for all designs with
-        the same open nodes that satisfy the constraints. It equals the value up to `residual`.
+        the same open nodes that satisfy the constraints. The bound equals the load factor (or
+        objective) up to `residual`.
     preload
         Series: amplitude that the design adds to the mean load, for each load case of `preloads`.
     profile
@@ -246,7 +248,7 @@ class DesignSearch:
         return ModelError(*first.args) if isinstance(first, NoneSafeError) else first
 
     def alternate(self, open_nodes: OpenNodes | None) -> None:
-        """Compute the best design and its open nodes in turn, until a tried set comes back.
+        """Compute the best design and its open nodes in turn, until a set comes back.
 
         This also ends if no design has the open nodes, or after `_MOST_SETS` sets.
         """

@@ -242,7 +242,7 @@ class DesignModel(SafeModel):
         """The best design with given nodes open in each scenario.
 
         If the best design is not safe under the mean load, but some other design is, the result is
-        the best of those that are.
+        the best design that is.
         """
         design = self._solved(scenarios, user, open_nodes)
         if design._is_safe_at_mean_load:

@@ -254,7 +254,7 @@ def _checked_names(system: ContactSystem, preloads: Sequence[str]) -> list[Any]:
 
 
 def checked_scenario(name: str, scenario: Any, choice: Choice, first: Question) -> Scenario:
-    """A scenario of the user, with its name; `first` is the question of the first scenario."""
+    """A scenario of the user, checked; `first` is the question of the first scenario."""
     if not isinstance(scenario, tuple) or len(scenario) not in (2, 3):
         raise ModelError(
             f"{name}: {shown(scenario)}; give (load cycle, friction), or these and the shares of "
@@ -314,8 +314,8 @@ def _of_scenarios(
 ) -> RestProgram:
     """The program at the corners of all scenarios, without the rows of the contact law.
 
-    It has the row `load_factor >= 0` and, without `loose`, the slip bounds. `units` are those of
-    further unknowns. `loose`: see `design_program`.
+    It has the row `load_factor >= 0` and, without `loose`, the slip bounds. `units` are the units
+    of further unknowns. `loose`: see `design_program`.
     """
     questions = [scenario.question for scenario in scenarios]
     first = questions[0]

@@ -49,7 +49,7 @@ def towards(start: P, end: P, share: float) -> P:
 
 @dataclass(frozen=True, eq=False)
 class Cones:
-    """The rows at K corners. A row has t components of its shear, and then its bound.
+    """The rows at K corners. The sides of a row are t components of its shear, and its bound.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Cones:
     slides
         (t N, r) orthonormal slips that nothing resists. Residual shear does no work on them.
     corners
-        Numbers of the K corners in the cycle.
+        Indices of the K corners in the cycle.
     """
 
     node: Integers
@@ -152,7 +152,7 @@ def check_known(question: Question, remedy: str) -> None:
 
 
 def cones_of(question: Question) -> Cones:
-    """The cones of a question, at the corners that are not within the hull of the others."""
+    """The cones of a question, at the corners that are vertices of the hull of all corners."""
     n, t = question.system.nodes, question.system.tangents
     corners = question.listed_corners
     parts = elastic(question)

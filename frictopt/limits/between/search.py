@@ -6,9 +6,10 @@ PDLP, Applegate et al. 2021; Lu and Yang 2024). There is no proven number of ste
 needs one.
 
 `FrictionBracket` finds the least friction with a safe slip at one load factor. For a given
-friction, the least room of a row proves that this friction is enough or too little. These proofs
-narrow a bracket from both ends. A safe point needs no more friction than its largest ratio of shear
-to pressure.
+friction, the search finds the largest value of the least room of a row, which proves that this
+friction is enough or too little. The room of a row is its bound minus the size of its shear. These
+proofs narrow a bracket from both ends. A safe point needs no more friction than its largest ratio
+of shear to pressure.
 """
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ from .cones import Cones, Point, margins, mechanism_of, raised, towards, work_of
 # A search for a better point begins at these shares of the way from the best point back to the
 # first one: at the best point itself, the rows that limit it may forbid every step.
 _BACK = (0.5, 0.1, 0.01, 0.0)
-# Above this load factor, in its unit, the limit seems to be infinite; the exact program decides.
+# Above this load factor, in units of `Question.load_unit`, the limit seems to be infinite; the
+# exact program decides.
 _FAR = 1e4
 # Rough products reduce a stress to this share before an exact product measures it.
 _REFRESH = 1e-3
@@ -79,10 +81,10 @@ def _reach(rows: Array, direction: Array) -> float:
 
 
 class Multipliers(NamedTuple):
-    """Moves (K, t + 1, R) of the rows, of unit drive, and the load factor that they prove unsafe.
+    """Moves (K, t + 1, R) of the rows, on which the cyclic loads do unit work, and their bound.
 
-    No load factor above `bound` is safe. It is inf if the moves prove nothing, and below 0 if they
-    prove that no load factor is safe.
+    The moves prove that no load factor above `bound` is safe. `bound` is inf if they prove nothing,
+    and below 0 if they prove that no load factor is safe.
     """
 
     moves: Array
@@ -145,7 +147,8 @@ _STEP = 0.95
 # Number of power steps for the norm, and the factor by which their result may be too small.
 _POWERS = 8
 _SHORT_BY = 1.1
-# Rounds, `enough` and `usable` of `mechanism`, for multipliers that guide and for those that prove.
+# Rounds, `enough` and `usable` of `mechanism`, for multipliers that guide the search, and for
+# multipliers that prove a bound.
 _GUIDE = (8, 1e-5, 1e-3)
 _PROOF = (300, 1e-12, 1e-10)
 
@@ -174,9 +177,9 @@ def search(cones: Cones, gap: float) -> Method:
 def most_room(cones: Cones) -> Method:
     """Look for residual shear that is safe at load factor 0, or for a proof that there is none.
 
-    The least room of a row takes the place of the load factor. It is counted from one unit below
-    the least room of the first state. Above `Method.enough` it proves that the shear is safe. If
-    its bound is below `Method.enough`, no shear is safe.
+    The least room of a row takes the place of the load factor. This room is counted from one unit
+    below the least room of the first state. A room above `Method.enough` proves that the shear is
+    safe. An upper bound of the room below `Method.enough` proves that no shear is safe.
     """
     first = cones.at(0.0, cones.relaxed())
     least = float(margins(first.rows).min()) - 1.0
@@ -202,8 +205,8 @@ class Method:
     """The method from a first state on.
 
     Its results are its `safe` points, its `multipliers` and its `steps`. It is done if the load
-    factors that these two prove are within the gap, or if it is proven on which side of `enough`
-    the limit lies.
+    factors that the safe points and the multipliers prove are within the gap, or if it is proven on
+    which side of `enough` the limit lies.
     """
 
     def __init__(self, cones: Cones, first: Point, gap: float, enough: float = np.nan) -> None:
@@ -343,8 +346,8 @@ TRIED = tuple(4.0**k for k in range(8))
 # Ratio `too_little / enough` that is assumed as long as no friction is proven too little.
 _LOWER = 1 / 16
 # If the two frictions are within three gaps, the next friction is this share of the gap below
-# `enough`. If it is too little, the bracket is within the gap. The next friction lies close to
-# `enough`, because `enough` is usually the better of the two.
+# `enough`. If this friction is too little, the bracket is within the gap. The next friction lies
+# close to `enough`, because `enough` is usually the better of the two.
 _CLOSE, _SHARE = 3.0, 0.9
 
 
@@ -365,7 +368,7 @@ class FrictionBracket:
     """
 
     def __init__(self, cones: Cones, load_factor: float) -> None:
-        """`cones` are those of friction 1 with all nodes closed."""
+        """Start from `cones` with a friction of 1 and all nodes closed."""
         start = cones.start + load_factor * cones.rate
         self._cones = replace(cones, start=start, rate=np.zeros_like(start))
         self.shear = self._cones.relaxed()

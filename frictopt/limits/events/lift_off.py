@@ -3,9 +3,9 @@
 Instants are the corners and the events, in the order in which the load meets them. At event m the
 load is at an unknown place of a segment between two corners. The limit of a given order is a linear
 program, in space a cone program (theory, "Nodes that open and close in each cycle"). At an instant,
-a node counts as closed if it is closed before or after it; A, B and the loads are those of this
-contact. An *episode* is a time in which a node is closed, from a closing to its next opening. In
-each episode the node has one slip.
+a node counts as closed if it is closed before or after it; A, B and the loads at the instant belong
+to the contact with these closed nodes. An *episode* is a time in which a node is closed, from a
+closing to its next opening. In each episode the node has one slip.
 
 If all corners lie on a line, the states of rest along a segment between the two ends of the line
 are a function of the load. So the two ends represent all turning points between them.
@@ -32,14 +32,14 @@ class LoadPath:
     """The corners that the load visits, in order: `stops`.
 
     A path on a line goes from one end to the other, and comes back the same way: it has two stops.
-    Another path visits all corners, and returns to the first one.
+    Any other path visits all corners, and returns to the first corner.
     """
 
     stops: tuple[int, ...]
 
     @property
     def closed(self) -> bool:
-        """Whether the path returns to its first corner by other segments than it left."""
+        """Whether the path returns to its first corner by a different way."""
         return self.stops[0] == self.stops[-1]
 
     @property
@@ -79,7 +79,8 @@ def places_on(question: Question, path: LoadPath) -> Array:
 def meets_mean_load(question: Question, path: LoadPath) -> bool:
     """Whether the load goes through the mean load on a line, at every load factor.
 
-    If it does, the states of rest at a load factor contain those at every smaller load factor.
+    If it does, all states of rest at smaller load factors are also states of rest at a larger load
+    factor.
     """
     if path.closed or question.fixed:
         return False
@@ -166,7 +167,7 @@ class Order(NamedTuple):
 
     A node switches if it opens or closes. Events are listed in the order in which the load meets
     them, and `segments` has the segment of each event. Without `segments`, all events are on the
-    first one.
+    first segment.
     """
 
     start: Nodes
@@ -205,9 +206,8 @@ class LiftOff(Question):
 
     `open_nodes` are open during the whole cycle. `way` (M,) is the place of each instant on the
     load path: k at its k-th stop, and linear between two stops. `sets` has a question for each
-    instant: its open nodes are those that are open both before and after the instant. `shifts`
-    (M, N) or (M, N, 2) are, at each instant, the slip of the current episode minus the slip of the
-    first episode.
+    instant, whose open nodes are open both before and after the instant. `shifts` (M, N) or (M, N,
+    2) are, at each instant, the slip of the current episode minus the slip of the first episode.
     """
 
     order: Order
@@ -263,7 +263,7 @@ class LiftOff(Question):
 
     @cached_property
     def later(self) -> list[tuple[int, int]]:
-        """Node and number of each later episode, which has a slip of its own.
+        """Node and number of each episode after the first; such an episode has a slip of its own.
 
         All instants share the slips of the first episodes.
         """
@@ -272,7 +272,7 @@ class LiftOff(Question):
         return list(dict.fromkeys(zip(nodes.tolist(), numbers.tolist(), strict=True)))
 
     def placed(self, m: int) -> Array:
-        """(N, L) 1 for the node that has a later slip at an instant, else 0."""
+        """(N, L) 1 at the node of each later episode that lasts at an instant, else 0."""
         row = self.episodes[m]
         placed = np.zeros((len(row), len(self.later)))
         for place, (node, number) in enumerate(self.later):
@@ -308,7 +308,7 @@ class LiftOff(Question):
         return self.weights @ np.broadcast_to(at_corners, self.bonded[1].shape)
 
     def by_corner(self, moves: Array) -> Array:
-        """Motions at the corners; one at an event is divided between the ends of its segment."""
+        """Motions at the corners; the ends of a segment share the motions at its events."""
         return np.tensordot(self.weights.T, moves, 1)
 
     @cached_property
@@ -359,9 +359,9 @@ class LiftOff(Question):
 def episodes_of(before: Booleans, after: Booleans, closed: bool) -> Integers:
     """(M, N) number of the episode of each node at each instant, -1 while the node is open.
 
-    The masks (M, N) are those of the nodes that are open around each instant. Until a node first
-    opens, it is in its episode 0; each closing begins the next episode. On a closed path, the
-    episode at the end of the cycle is the episode at its beginning.
+    The masks (M, N) have the nodes that are open just before and just after each instant. Until a
+    node first opens, it is in its episode 0; each closing begins the next episode. On a closed
+    path, the episode at the end of the cycle is the episode at its beginning.
     """
     opens = after & ~before
     numbers = opens.cumsum(axis=0) - opens
@@ -373,7 +373,7 @@ def episodes_of(before: Booleans, after: Booleans, closed: bool) -> Integers:
 def shares_of_corners(
     segments: Sequence[tuple[int, int]], segment: Integers, part: Array, count: int
 ) -> Array:
-    """(M, count) shares of the corners in the load of M instants, each at a part of its segment."""
+    """(M, count) shares of the corners in the loads at M instants, by their places on segments."""
     shares = np.zeros((len(segment), count))
     instants = np.arange(len(segment))
     first, last = np.array(segments)[segment].T
@@ -383,7 +383,7 @@ def shares_of_corners(
 
 
 def names_of_instants(cycle: LoadCycle, weights: Array) -> tuple[str, ...]:
-    """Names of the loads at instants, whose shares of the corners are `weights` (M, K)."""
+    """Names of the loads at instants; `weights` (M, K) are the shares of the corners in them."""
     fixed = None if cycle.fixed is None else _blends(cycle.fixed, weights)
     return LoadCycle(cycle.mean, _blends(cycle.corners, weights), fixed).corner_names
 
@@ -428,7 +428,7 @@ def with_order(question: Question, order: Order) -> LiftOff | None:
     """The question with an order of events, at preliminary places of the events.
 
     None if there is no such question: the closed nodes do not hold the open ones, or the open nodes
-    at the end of the cycle are not those at its beginning.
+    at the end of the cycle differ from the open nodes at its beginning.
     """
     path = path_of(question.cycle)
     if path is None or (path.closed and order.between[-1] != order.start):

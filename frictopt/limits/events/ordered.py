@@ -43,8 +43,7 @@ class Forces:
     effects
         Name of an unknown -> forces due to its units at each instant, (m, M) or (m, M, k).
     responses, response_of
-        Forces due to unit slips, (M, t N) each; and (m,) the number of the response at each
-        instant.
+        Forces due to unit slips, (M, t N) each; and (m,) the index of the response at each instant.
     """
 
     start: Array
@@ -200,8 +199,8 @@ def read_solution(
 ) -> tuple[Question, Array, Mechanism]:
     """The question with its events placed, the slip of all nodes, and the mechanism.
 
-    If nodes open and close, the slip is that of their first episodes. `load_factor`: the given one;
-    None if the solution contains it.
+    If nodes open and close, the slip is the slip of their first episodes. `load_factor`: the given
+    load factor; None if the solution contains it.
     """
     if not isinstance(question, LiftOff):
         return question, solution.slip_of_nodes, solution.motion

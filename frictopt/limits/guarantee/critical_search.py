@@ -1,9 +1,9 @@
 """Programs for the least load factor at which a node is critical, and their results as claims.
 
 Lower bounds of these load factors need no program. For each node j, one slip mechanism d gives a
-bound. Its multipliers obey `A d + B^T (f a) = 0`, with `a = abs(d)` at all other nodes and a_j =
--1. Therefore no residual slip changes the sum of `d q + f a p` over the nodes. Let h(d) be the
-largest `-(d q1 + f abs(d) p1)` over the corners. Then, with c and rho of `critical_state.py`::
+bound. The multipliers d and a obey `A d + B^T (f a) = 0`, with `a = abs(d)` at all other nodes and
+a_j = -1. Therefore no residual slip changes the sum of `d q + f a p` over the nodes. Let h(d) be
+the largest `-(d q1 + f abs(d) p1)` over the corners. Then, with c and rho of `critical_state.py`::
 
     resistance = sum of d q0 + f a p0   >=   load_factor drive
     drive = d_j c - f rho + sum of h(d) over the other nodes
@@ -141,7 +141,7 @@ class CriticalNodes:
         self.how[self.may_be_critical] = LEFT_OUT
 
     def need_no_program(self) -> None:
-        """Label all nodes as not needed: the guaranteed limit is the shakedown limit."""
+        """Label all nodes as needing no program: the guaranteed limit is the shakedown limit."""
         self.load_factor[self.may_be_critical] = self.least
         self.how[self.may_be_critical] = NOT_NEEDED
 
@@ -157,7 +157,7 @@ class CriticalNodes:
     def solve(self, node: int) -> None:
         """Find the least load factor at which a node is critical; keep the least of all nodes.
 
-        With `simplify` it may be enough to prove that it is above the least load factor so far.
+        With `simplify`, a proof that this load factor is above the least so far is enough.
         """
         for state in self.states[node]:
             claim = self._claim(state, self.least if self._question.simplify else np.inf)
@@ -171,10 +171,10 @@ class CriticalNodes:
                 self.least = min(self.least, claim.load_factor)
 
     def _claim(self, state: CriticalState, least_so_far: float) -> NodeClaim:
-        """The claim of a node: a slip that makes it critical, or that there is no slip of interest.
+        """The claim of a node: a slip that makes it critical, or that no such slip matters.
 
-        There is none if it is proven that the node is critical only above `least_so_far`, or never,
-        or only at the least safe load factor.
+        No such slip matters if a proof shows that the node is critical only above `least_so_far`,
+        or never, or only at the least safe load factor.
         """
         least, largest = self._ends
         unit = self._question.load_unit
@@ -236,7 +236,8 @@ _SPARE = 1e3 * RESIDUAL
 _LARGE = 1e6
 # Number of weighted means of rigid slides in one iteration; more means hardly raise the bounds.
 _MEANS = 3
-# In the weights, smaller slips are raised to this share of the largest slip, so the means converge.
+# In the weights, smaller slips are raised to this share of the largest slip, so that the means
+# converge.
 _NEAR = 1e-2
 # Relative rounding error of a bound, due to the errors of the data.
 _ROUNDING = CONDENSATION
@@ -300,8 +301,8 @@ def _work(d: Array, q: Array) -> Array:
 def _net_slips(question: Question) -> Callable[[Array], Array]:
     """A function that returns the net slips (t, N, N) in balance with given total slips (N, N).
 
-    Elasticity does not determine rigid slides. Friction does: they are means of the slips over the
-    nodes, with weights from the previous slips.
+    Elasticity does not determine the rigid slides. They are weighted means of the slips over the
+    nodes. A weight is the friction bound of a node, divided by its previous slip.
     """
     n = question.system.nodes
     t = question.system.tangents

@@ -1,4 +1,4 @@
-"""The critical states of nodes: the cyclic load takes a node to its friction bound from all sides.
+"""The critical states of nodes: their pressure just keeps them stuck under the cyclic load.
 
 A critical node is on its friction bound at two opposite corners, or at three corners that enclose
 its mean traction. Eq. (10) of the theory gives the shear c and the pressure rho that the node
@@ -23,7 +23,8 @@ class CriticalState:
     """The reactions that a slip adds at a node to make it critical, affine in the load factor.
 
     `[A v, B v] = at_zero + load_factor rate`, each (t + 1,), force. At `corners` the node is on its
-    bound; in the plane, the first corner is that of forward slip, the second that of backward slip.
+    bound; in the plane, this is the bound of forward slip at the first corner, and of backward slip
+    at the second.
     """
 
     node: int
@@ -32,7 +33,7 @@ class CriticalState:
     rate: Array
 
     def distance(self, question: Question, load_factor: float, slip: Array) -> float:
-        """Distance between what a slip adds at the node and this state, over the force unit."""
+        """Distance of this state from the reactions that a slip adds, over the force unit."""
         q, p = question.reactions_of_slip(slip)
         added = np.r_[q[self.node], p[self.node]]
         return float(np.abs(added - self.at_zero - load_factor * self.rate).max()) / question.force
@@ -52,9 +53,10 @@ def critical_states(question: Question) -> list[list[CriticalState]]:
     """The critical states of each node.
 
     A node has no critical state if it has no friction or can only lift off. If all corners are the
-    same at load factor 0, it has a single one; otherwise it has one for each pair of corners that
-    govern. In space no critical state is computed if the corners differ at load factor 0: such
-    contacts only come here if they are uncoupled, and then need no critical state.
+    same at load factor 0, any other node has a single critical state; otherwise it has one for each
+    pair of corners that govern. In space no critical state is computed if the corners differ at
+    load factor 0: such contacts only come here if they are uncoupled, and then need no critical
+    state.
     """
     if question.fixed and question.q1.ndim == 3:
         return [[] for _ in question.friction]
@@ -109,9 +111,10 @@ def _states_of_pairs(question: Question) -> list[list[CriticalState]]:
 
 
 def _at_both_bounds(friction: float, q: Array, p: Array) -> Array:
-    """(2,) shear and pressure that put a node on its forward, then on its backward bound.
+    """(2,) shear and pressure that put a node on its bounds of forward and of backward slip.
 
-    They are added to the reactions `q` (2,) and `p` (2,) of the two corners.
+    `q` (2,) and `p` (2,) are the reactions at the corners of forward and of backward slip, to which
+    this shear and this pressure are added.
     """
     q_k, q_j = q
     b_k, b_j = friction * p
@@ -121,9 +124,9 @@ def _at_both_bounds(friction: float, q: Array, p: Array) -> Array:
 def smallest_discs(centres: Array, radii: Array) -> tuple[Array, Array]:
     """Centres (n, 2) and radii (n,) of the smallest discs that contain n groups of K discs.
 
-    `centres` (n, K, 2) and `radii` (n, K) are those of the K discs; radii may be negative. The
-    smallest disc around a few of them is computed. The disc that sticks out most is added to these
-    few, until none sticks out.
+    `centres` (n, K, 2) and `radii` (n, K) describe the K discs of each group; radii may be
+    negative. The search computes the smallest disc around a few discs of a group, and adds the disc
+    that sticks out most to these few, until no disc sticks out.
     """
     cases = np.arange(len(radii))[:, None]
     spread = np.abs(centres - centres.mean(axis=1, keepdims=True)).max(axis=(1, 2))

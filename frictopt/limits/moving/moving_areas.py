@@ -13,9 +13,9 @@ rim obeys linear equations::
 
     z = q + A y,   z = 0 at nodes without pressure,   y constant from closing to opening
 
-They have at most one solution. Friction, mean pressure and the other nodes do not occur in these
-equations. If they have no solution, some node slips in every cycle: its shear load when it closes
-is not its shear load when it opens.
+The equations have at most one solution. They contain neither friction nor the mean pressure nor the
+other nodes. If they have no solution, some node slips in every cycle, because its shear load when
+it closes is not its shear load when it opens.
 """
 
 from __future__ import annotations
@@ -98,14 +98,17 @@ def rim_of(A: Array, shear: Array, statuses: Statuses) -> Rim:
 
 
 class _Equations:
-    """The equations of the rim. The unknowns are the slips of its closed episodes."""
+    """The equations of the rim, for the slips of its nodes.
+
+    A node has one slip from each closing to its next opening.
+    """
 
     def __init__(self, A: Array, loads: Array, statuses: Statuses, nodes: Integers) -> None:
         tangents = loads.shape[2]
         opened = ~statuses.before[:, nodes], ~statuses.after[:, nodes]
         numbers = episodes_of(*opened, closed=True)
         counts = numbers.max(axis=0) + 1
-        # Columns of the slips: first the episodes of one tangent, then those of the next.
+        # Columns of the slips: the episodes of the first tangent, then the episodes of the next.
         count = int(counts.sum())
         columns = counts.cumsum() - counts + numbers
         by_tangent = [np.where(numbers < 0, -1, axis * count + columns) for axis in range(tangents)]
@@ -116,7 +119,7 @@ class _Equations:
         self._loads = loads.reshape(*loads.shape[:2], -1)
 
     def solved(self) -> Array:
-        """(episodes, 2) slips of the episodes at load factor 0, and their rates with it."""
+        """(unknowns, 2) slips at load factor 0, and their rates with the load factor."""
         rows = [np.zeros((0, self._count))]
         right = [np.zeros((0, 2))]
         for m, touching in enumerate(self._touching):
@@ -127,7 +130,7 @@ class _Equations:
         return np.asarray(np.linalg.lstsq(np.vstack(rows), np.vstack(right), rcond=ROUNDING)[0])
 
     def _forces(self, m: int, touching: Booleans) -> tuple[Array, Array]:
-        """Forces at touching nodes of an instant: coefficients of the slips, (rows, 2) constants.
+        """Forces at touching nodes: coefficients of the unknown slips, and (rows, 2) constants.
 
         The nodes without pressure follow the nodes with pressure.
         """
@@ -140,7 +143,7 @@ class _Equations:
         return row, force
 
     def motion(self, m: int, slips: Array) -> Array:
-        """(2, t R) slips of the rim at an instant, from the slips of the episodes."""
+        """(2, t R) slips of the rim at an instant, from the solution of the equations."""
         closed = self._column[m] >= 0
         slip = np.zeros((2, len(closed)))
         slip[:, closed] = slips[self._column[m, closed]].T
@@ -159,8 +162,9 @@ class _Equations:
 class MovingAreas(Question):
     """A question whose normal loads alone open and close nodes in each cycle.
 
-    `open_nodes` never press. The M instants are those of the normal path. All other arrays are
-    those of the closed contact.
+    `open_nodes` never press. Its M instants are the corners, and the places on the cycle where a
+    pressure or a gap comes to zero (`normal_path.py`). The arrays inherited from `Question`, apart
+    from `open_nodes`, belong to the contact with all nodes closed.
     """
 
     path: PathPiece
@@ -218,7 +222,7 @@ class MovingAreas(Question):
 
     @cached_property
     def unsolved(self) -> Array:
-        """(2, M, t, R) shear forces that the equations of the rim leave over; 0 if only rounding.
+        """(2, M, t, R) shear forces by which the rim misses its equations; 0 if only rounding.
 
         Index 0 is the part at load factor 0, index 1 the rate with the load factor.
         """
@@ -236,7 +240,7 @@ class MovingAreas(Question):
         return int(self.rim.nodes[off.argmax()]) if off.any() else None
 
     def slipping_at(self, load_factor: float) -> int | None:
-        """A rim node that slips in each cycle at a load factor with any friction; None if none."""
+        """A rim node that slips in each cycle at a load factor with any friction, or None."""
         constant, rate = self.unsolved
         off = np.abs(constant + load_factor * rate)
         size = np.abs(constant).max(initial=0.0) + load_factor * np.abs(rate).max(initial=0.0)
@@ -245,7 +249,7 @@ class MovingAreas(Question):
         return int(self.rim.nodes[off.max(axis=(0, 1)).argmax()])
 
     def _states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
-        """Motions and reactions (M, t + 1, N) at the instants, with their rounding."""
+        """Motions and reactions at the M instants, by component, rounding errors included."""
         inner, rim = self.entries
         stuck = slip.T.ravel()[inner]
         follow = -self.rim_compliance @ (self.A[np.ix_(rim, inner)] @ stuck)
@@ -370,9 +374,9 @@ def scales_shear_alone(question: Question) -> bool:
 
 
 def has_all_states(question: Question) -> bool:
-    """Whether the pressures of this question are those of all states of rest.
+    """Whether all states of rest have the pressures of this question.
 
-    They are if the load factor scales only shear, and each closed node always has pressure.
+    They do if the load factor scales only shear, and each closed node always has pressure.
     """
     if question.events or question.moves:
         return isinstance(question, MovingAreas) and question.alone
@@ -406,7 +410,7 @@ def areas_if_moving(question: Question, load_factor: float) -> MovingAreas | Non
 def areas_at(question: Question, load_factor: float) -> MovingAreas:
     """The areas at one load factor. NoPath if nothing holds the open nodes.
 
-    If the load factor scales only shear, they hold at every load factor.
+    If the load factor scales only shear, these areas hold at every load factor.
     """
     corners = (question.r0 + load_factor * question.r1)[:, -1]
     path = piece_of_path(normal_path(question.system.C, corners))

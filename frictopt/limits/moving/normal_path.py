@@ -29,11 +29,11 @@ _ZERO = CONDENSATION
 # An event counts as an event at the corner if it is nearer to the end of its segment than this
 # share of the segment.
 _AT_CORNER = SIMULTANEOUS
-# Largest number of events on a segment, and of pivots of a normal problem, each over the number
-# of nodes.
+# Largest number of events on a segment, and of pivots of a normal problem, each divided by the
+# number of nodes.
 _STEPS = 20
-# After this number of pivots with all wrong nodes, but without improvement, single nodes are
-# pivoted.
+# All wrong nodes are pivoted at once. After this number of pivots without improvement, single nodes
+# are pivoted.
 _PATIENCE = 10
 
 
@@ -97,14 +97,14 @@ def _to_next_event(*states: tuple[Array, Array]) -> float:
 
 
 class _NormalProblem:
-    """The normal problem for one stiffness; what is rounding beside given reactions is zero."""
+    """The normal problem for one stiffness; values that are only rounding of reactions are zero."""
 
     def __init__(self, C: Array, corners: Array) -> None:
         self._C = C
         self.force, self.length = _rounding(C, corners)
 
     def clean(self, pressure: Array, gap: Array) -> tuple[Array, Array]:
-        """Pressures and gaps, with those that are only rounding set to zero."""
+        """Pressures and gaps, with values that are only rounding set to zero."""
         pressed = np.where(pressure > self.force, pressure, 0.0)
         return pressed, np.where(gap > self.length, gap, 0.0)
 
@@ -326,7 +326,7 @@ def piece_at(C: Array, at_zero: Array, scaled: Array, load_factor: float) -> Pat
 
 
 def _place_of_event(pressures: Array, touching: Booleans) -> Array:
-    """Load factor times place of an event: where a node that opens or closes has no pressure.
+    """Load factor times the place of an event, where a node that opens or closes has no pressure.
 
     `pressures` (3, N) are the pressures at load factor 0, their rate with the load factor at the
     first corner of the segment, and their change along the segment.
@@ -343,7 +343,8 @@ def _ends(
 ) -> tuple[float, float]:
     """The load factors between which all positive pressures, gaps and distances stay positive."""
     last = np.roll(path.part == 0, -1)
-    # The distance to the next instant; from the last instant of a segment, to its end.
+    # The distance to the next instant; for the last instant of a segment, to the end of the
+    # segment.
     distance = np.roll(place, -1, axis=1) * ~last + np.outer((0.0, 1.0), last) - place
     low = 0.0
     high = np.inf

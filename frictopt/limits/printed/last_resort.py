@@ -1,8 +1,9 @@
 """The last resort: plain cvxpy solves the printed problem of a shakedown limit.
 
 It is tried if no answer of the arrays passes its checks. The unknowns and multipliers that cvxpy
-finds are converted to those of the arrays, so that polish and proof are the same. Only Coulomb's
-law with friction at all nodes is handled, without a slip bound and without user constraints.
+finds are converted to the form of the arrays, so that the polish and the proof are the same as for
+other answers. Only Coulomb's law with friction at all nodes is handled, without a slip bound and
+without user constraints.
 """
 
 from __future__ import annotations

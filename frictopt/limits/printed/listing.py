@@ -1,7 +1,7 @@
 """The printed problem of an answer: `models.py` with the values and multipliers of the answer.
 
-The arrays of the solver never pass through cvxpy (`rest_program.py`). The answer that is found with
-them is put into the printed problem, and `problem.solve()` then finds it again.
+The arrays of the solver never pass through cvxpy (`rest_program.py`). The answer that the solver
+finds is put into the printed problem, and `problem.solve()` then finds the same answer by cvxpy.
 
 In the problem of an order of events, the load of an event lies at an unknown place of its segment.
 If only the scaled loads vary on the segment, the unknown is the place times the load factor. If
@@ -92,7 +92,7 @@ def _multipliers(name: str, solved: Solved) -> Any:
     kind, corner = match[1], int(match[2])
     if kind in parts:
         return parts[kind][corner]
-    # Rows that others imply have no multipliers.
+    # Rows that other rows imply have no multipliers.
     by_node = solved.multipliers.get(kind, np.zeros_like(moves[:, :n]))[corner]
     for term in question.law.terms:
         if term.row == kind:
@@ -231,9 +231,9 @@ def _ways_of_segments(
 def _multipliers_of_events(
     question: LiftOff, solved: Solved, touching: Mapping[int, Sequence[int]]
 ) -> dict[str, Array]:
-    """Multipliers of the rows that leave nodes without force at their events.
+    """Multipliers of the rows that set the forces of nodes to zero at their events.
 
-    The arrays have these multipliers by component.
+    The solved program has them by component; a printed row has all components of a force.
     """
     multipliers = dict[str, Array]()
     for m, nodes in touching.items():
@@ -278,7 +278,7 @@ def problem_of(
 ) -> cp.Problem:
     """The printed problem of a solved program, with its values and multipliers.
 
-    `user_rows` and `objective` are those of the user; the rows already have their multipliers.
+    `user_rows` and `objective` come from the user; the rows already have their multipliers.
     """
     if solved.problem is not None:
         return solved.problem
@@ -306,7 +306,7 @@ def _rows(
 ) -> list[Row]:
     """The rows of a state of rest.
 
-    They cover all corners and all slips if `extended` by rows of the user.
+    If `extended` by rows of the user, the rows cover all corners and all slips.
     """
     corners = [*x.q] if extended else question.listed_corners
     rows = state_rows(question, x, f, corners, friction)
@@ -324,8 +324,9 @@ def _shakedown(solved: Solved, extended: bool) -> Listed:
 def rest_rows(question: Question, x: Unknowns, more: Any = 0) -> list[Row]:
     """Rows that set the slip of open nodes to their slip under the mean load.
 
-    Rows of the user may contain this slip. It is `v0 + V slip`: v0 if the closed nodes do not slip,
-    and the part that follows their slip. `more`: terms due to unknown loads.
+    Rows of the user may contain this slip. It is `v0 + V slip`. v0 is the slip of the open nodes
+    while the closed nodes do not slip, and `V slip` is what the slip of the closed nodes adds.
+    `more`: terms due to unknown loads.
     """
     system = question.system
     opened = np.tile(question.open_nodes, system.tangents)  # (t N,)

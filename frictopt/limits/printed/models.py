@@ -1,7 +1,7 @@
 """Programs of `frictopt.limits` as cvxpy problems, in the symbols of the paper and user units.
 
 A contact shakes down from some start if one residual slip keeps every node closed and stuck at all
-corners k of the load cycle. If the contact is uncoupled, it then does so from every start. The
+corners k of the load cycle. If the contact is uncoupled, it then shakes down from every start. The
 conditions are (theory, eq. (7))::
 
     q_r = A slip        q_k = q0 + load_factor q1_k + q_r
@@ -15,8 +15,8 @@ gaps, `stuck` the rows of the contact law. Each question below has one goal unde
 from `gross_slip`, which has no slip. Each row has a label; for an equation that defines an unknown,
 it is the name of the unknown. Slip and q are (N,), in space (N, 2), where `|q|` is the length at
 each node. There is no scaling, symmetry or elimination here, because people read these problems.
-The table in `program/assembled.py` shows which arrays solve them, and which programs have no
-listing.
+The table in `program/assembled.py` shows which arrays solve these problems, and which programs have
+no printed problem.
 """
 
 import operator

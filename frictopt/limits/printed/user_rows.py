@@ -1,9 +1,10 @@
-"""Constraints and objectives of the user: their checks, and their rows of the arrays.
+"""Constraints and objectives of the user: their checks, and their rows in a program.
 
-cvxpy compiles only the rows of the user, not the program of the model. The result is slacks
-`right - matrix @ z` in cones, where z are the entries of the variables in these rows. The variables
+cvxpy compiles only the rows of the user, not the program of the model. The result is slacks in
+cones, `right - matrix @ z`, where z are the entries of the variables in these rows. The variables
 of a model are linear in the quantities of its program (`rest_program.py`), so they are replaced by
-these quantities. All other variables become own unknowns of the program.
+these quantities. All other variables, which are the user's own, become further unknowns of the
+program ("own" unknowns).
 """
 
 from __future__ import annotations
@@ -150,7 +151,8 @@ def checked_objective(objective: Any, known: Sequence[cp.Variable]) -> cp.Expres
 class UserRows:
     """Rows of the user by name, and an objective that is maximized, or None.
 
-    The objective becomes the row `objective <= expression` of the first own unknown.
+    The objective becomes the row `objective <= expression`, where `objective` is the first own
+    unknown.
 
     Parameters
     ----------
@@ -161,8 +163,8 @@ class UserRows:
     named
         Other variables of the model, each with its name in the program.
     open_slip
-        (open slips, n) changes of the slips of open nodes for each unit of the n named unknowns.
-        None: they do not change.
+        Returns (open slips, n) changes of the slips of open nodes per unit of each of the n named
+        unknowns. None: these slips do not change.
     """
 
     def __init__(
@@ -220,7 +222,7 @@ class UserRows:
         is_closed = np.tile(closed, t)
         shear, normal = np.split(np.arange((t + 1) * n), [t * n])
         shear_unit = np.tile(question.shear_unit, t)
-        # Each variable with the quantities that its entries are, in column order.
+        # Each variable, with the quantities that are its entries, in column order.
         entries = [(self.slip, program.first_slip + shear, is_closed, slip_units(question))]
         for k, q in self._x.q.items():
             entries.append((q, program.force(k, shear), is_closed, shear_unit))
@@ -239,7 +241,7 @@ class UserRows:
                 places = weights.astype(float), (rows, quantities)
                 matrix = matrix + csr_array(places, shape=matrix.shape)
         if question.compliance is not None and self.slip.id in columns:
-            # The slips of open nodes are those under the mean load.
+            # Open nodes have their slips under the mean load.
             opened = np.flatnonzero(~is_closed)
             rows = columns[self.slip.id] + opened
             at_rest = question.slip_at_mean_load(np.zeros(system.slip_shape))
@@ -252,7 +254,7 @@ class UserRows:
         return matrix, constant, unit
 
     def listed(self, solved: Solved) -> Solved:
-        """A solved program with its printed problem, which has the rows and the objective.
+        """A solved program with its printed problem, which has the user's rows and objective.
 
         If the rows of the user have no part in the proof of an answer, their multipliers are 0.
         """
@@ -316,7 +318,7 @@ class UserRows:
 
 
 class Substituted:
-    """The compiled rows of the user in one program, and the way back from its solutions.
+    """The compiled rows of the user in one program, and their unknowns in its solutions.
 
     Parameters
     ----------
@@ -379,7 +381,7 @@ class Substituted:
         return z, self._balance(y)
 
     def completed(self, solved: Solved, solution: Solution) -> Solved:
-        """A solved program with what rows of the user may contain: own unknowns, and all slips."""
+        """A solved program with what the user's rows may contain: own unknowns, and all slips."""
         z, y = self.values(solution)
         question = solution.program.question
         opened = np.flatnonzero(np.tile(question.open_nodes, question.system.tangents))

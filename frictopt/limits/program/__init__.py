@@ -7,5 +7,4 @@
 - `solution.py`: the solution of a program, what its multipliers prove, and the slip mechanism that
   they form.
 - `rest_slips.py`: the sets of slips of states of rest and of steady cycles, and how far they go.
-- `mean_load.py`: the nodes that the mean load opens, and whether a slip is safe under it.
 """

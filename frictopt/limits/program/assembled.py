@@ -48,7 +48,7 @@ def law_rows(
 ) -> None:
     """Add rows of the contact law: `closed` and `opened` are masks (K, N) of nodes at instants.
 
-    The contact law and the units are those of the question.
+    `question` gives the contact law and the units.
 
     `reserve`: a mask (K, N) of rows that must hold with a reserve. The unknown `margin` is this
     reserve, in the units of `SafeSlip`. `only_governing`: the instants are corners whose forces
@@ -98,7 +98,8 @@ def _space_friction(
     mean_bound = question.mean_bound
     for term in question.law.terms:
         has_term = closed & np.isfinite(term.constant)
-        # A cone without room is a single point: the shear forces are zero.
+        # If the law allows no shear force, the cone is a single point, and equations take its
+        # place.
         room = has_term & ((term.slope > 0) | (term.constant > 0) | (reserve is not None))
         at, nodes = np.nonzero(room)
         ones = np.ones(len(nodes))
@@ -136,7 +137,7 @@ def _normal(
 def _reserve(
     program: RestProgram, unit: Any, reserve: Booleans, at: Integers, nodes: Integers
 ) -> Term:
-    """The term `-unit margin` of rows with a reserve, 0 in others; `unit` is one number or (N,)."""
+    """The term `-unit margin` of rows with a reserve, else 0; `unit` is one number or (N,)."""
     units = unit * reserve.astype(float)
     return np.full(len(nodes), program.unknown("margin")), -units[at, nodes]
 
@@ -170,7 +171,7 @@ def at_corners(
     `load_factor`: the given load factor. If it is None, the load factor is a named unknown and the
     goal, with the row `load_factor >= 0`. If the question has a slip bound, its rows are added.
     `units` and `effects` belong to further named unknowns. With `residual`, one more instant comes
-    last, at which the forces are those of the slip alone.
+    last, at which the slip alone causes the forces.
     """
     rate = question.rate
     start = np.broadcast_to(question.start, rate.shape)
@@ -200,10 +201,10 @@ def stuck(
 ) -> RestProgram:
     """Add the rows of the contact law at the corners, and return the program.
 
-    The rows are those of `models.stuck`; with `margin` all rows have a reserve, as in
+    `models.stuck` lists the same rows. With `margin` all rows have a reserve, as in
     `models.inside`. The node `but` has no rows, because the equations of its critical state imply
-    them. `every`: all corners have rows, even those within the hull of the others, because their
-    forces differ by more than the loads.
+    them. `every`: all corners have rows, even corners within the hull of the other corners, because
+    their forces differ by more than the loads.
     """
     question = program.question
     corners = np.zeros(len(program.start), dtype=bool)
@@ -242,8 +243,8 @@ def wedging(question: Question) -> RestProgram:
     """The program of slips that obey the contact law without any load; its goal is `wedge`.
 
     Two bounds limit `wedge`: 1, and the sum of the normal forces divided by the mean normal force.
-    Its largest value is 1 if friction wedges: then residual slips may press the contact without
-    end.
+    The largest value of `wedge` is 1 if friction wedges: then residual slips may press the contact
+    without end.
     """
     n = question.system.nodes
     program = RestProgram([question], {"wedge": 1.0}, np.zeros((1, len(question.S))), {})
@@ -278,7 +279,7 @@ def most_pressed(question: Question, load_factor: float) -> RestProgram:
 def within_slip_bound(program: RestProgram, number: int = 0) -> None:
     """Add the rows `|slip| <= slip_bound` of closed nodes for one slip, if it has a bound.
 
-    `number`: the number of the slip and of its question.
+    `number`: the index of the slip and of its question.
     """
     question = program.questions[number]
     slip_bound = question.slip_bound

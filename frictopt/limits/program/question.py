@@ -74,13 +74,13 @@ class Question:
     # reactions of the scaled loads at load factor 1.
     bonded: tuple[Array, Array]
     fixed: bool  # whether the corners differ at load factor 0
-    static: bool  # whether all corners are the same load
+    static: bool  # whether all corners have the same load
 
     compliance: Array | None  # (M, M) of the open nodes, zero elsewhere; None if all are closed
 
-    # The forces of a closed node are q and p. In their place, an open node has q, which is 0, and
-    # its gap w. In the order of S, they are linear in the load factor and in the slips of the
-    # closed nodes.
+    # The forces of a closed node are q and p. For an open node, q, which is 0, and the gap w take
+    # their place. In the order of S, these forces are linear in the load factor and in the slips of
+    # the closed nodes.
     start: Array  # (K0, M) forces without slip at load factor 0
     rate: Array  # (K, M) forces that a load factor of 1 adds
 
@@ -93,7 +93,7 @@ class Question:
     p1: Array  # (K, N)
 
     # Units of the unknowns and of margins.
-    force: float  # mean normal force at load factor 0; if it is 0, the largest other mean
+    force: float  # mean normal force at load factor 0; if it is 0, the largest mean of other forces
     mean_bound: float  # mean friction bound at load factor 0; `force` if it is 0
     mean_pressure: Array  # (N,) normal forces whose friction bound is `mean_bound`
     load_unit: float  # load factor at which the cyclic reactions reach the mean friction bound
@@ -129,7 +129,7 @@ class Question:
 
     @cached_property
     def listed_corners(self) -> list[int]:
-        """Corners whose rows imply the rows of all others; all corners without `simplify`."""
+        """Corners whose rows imply the rows of all others; without `simplify`, all corners."""
         if self.simplify:
             return outer_corners(self.cycle)
         return list(range(len(self.r1)))
@@ -267,7 +267,7 @@ class Question:
         return self.bonded[0] + load_factor * self.bonded[1]
 
     def by_corner(self, moves: Array) -> Array:
-        """Motions at the corners; the motion at an event is divided between its two corners."""
+        """Motions at the corners; the ends of a segment share the motions at its events."""
         return moves
 
     @property
@@ -277,7 +277,7 @@ class Question:
 
     @property
     def statuses(self) -> tuple[Booleans, Booleans]:
-        """(K, N) or (1, N) masks of the nodes that stick at each instant, and of the open ones.
+        """(K, N) or (1, N) masks of the nodes that stick, and of the open nodes, at each instant.
 
         Nodes in neither mask touch without force.
         """
@@ -351,7 +351,7 @@ def pose(
     if slip_bound is not None:
         remedy = "it bounds the size of the slip, give a length >= 0, or None for no bound"
         bound = per_node("slip_bound", slip_bound, system, remedy)
-        # The forces of smaller slips are rounding errors beside those of the mean load.
+        # The forces of smaller slips are rounding errors beside the forces of the mean load.
         smallest = ROUNDING * np.abs(bonded[0]).max() / system.own_stiffness[: system.nodes]
         bound = np.where(bound > smallest, bound, 0.0)
     question = _question(
@@ -449,8 +449,8 @@ def _question(
     axes = system.tangents + 1
     static = not any(np.ptp(part, axis=0).any() for part in bonded)
 
-    # The open nodes are free of force: their gaps press nothing shut, not even by rounding, which
-    # would be the only force under a mean load of zero.
+    # Open nodes carry no force. Their gaps are taken out exactly, because under a mean load of zero
+    # a rounding error would be the only force.
     gap = system.gap * open_nodes
     start = _forces(system, open_nodes, compliance, bonded[0] + system.pressing_shut(gap))
     start[:, -system.nodes :] += gap
@@ -518,7 +518,7 @@ def outer_corners(cycle: LoadCycle) -> list[int]:
 
 
 def vertices_of_hull(points: Array) -> list[int]:
-    """Numbers of the points (K, any dimension) that are no mean of the others.
+    """Indices of the points (K, any dimension) that are no mean of the other points.
 
     If the points spread in many directions, all points are returned.
     """
@@ -598,8 +598,8 @@ def units_of(
     node_unit = np.where(pressure > smallest, pressure, np.maximum(others, smallest))
     node_unit = np.where(open_nodes, force, node_unit)
 
-    # In space the radius of a friction cone is the friction bound. The bound is the unit if it is
-    # smaller than the pressure.
+    # In space the radius of a friction cone is the friction bound. The unit of the shear is this
+    # bound if the bound is smaller than the pressure.
     small_cones = (friction > 0) & (friction < 1)
     normal_stiffness = float(system.own_stiffness[-system.nodes :].mean())
     if not normal_stiffness > CONDENSATION * system.stiffness_scale:

@@ -13,11 +13,11 @@ are the forces without slip, plus the effects of the named unknowns, plus the re
     forces_k = start_k + effects_k named + response slip
 
 The solver has other unknowns x: the named ones, the residual shear forces of the closed nodes, the
-slides that nothing resists, and own ones, each divided by its unit (`SlipUnknowns`). A residual
-shear force is then one entry of x. The rest of the response is one dense block for all instants.
-`Solution` turns an answer back into quantities. It proves the bound from the stiffness and the
-loads, without the solver and without the unknowns x. `printed/models.py` lists most programs for
-readers and users; `assembled.py` has the table.
+slides that nothing resists (`SlipUnknowns`), and the own ones. Each is divided by its unit. A
+residual shear force is then one entry of x. The rest of the response is one dense block for all
+instants. `Solution` turns an answer back into quantities. It proves the bound from the stiffness
+and the loads, without the solver and without the unknowns x. `printed/models.py` lists most
+programs for readers and users; `assembled.py` has the table.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Elastic(NamedTuple):
     """The closed nodes of a question: which of their slips meet a resistance, and which do not."""
 
     closed: Integers
-    slips: Integers  # (c,) entries of their slips among those of all nodes
+    slips: Integers  # (c,) entries of their slips among the slips of all nodes
     slides: Array  # (c, k) slips that nothing resists
     compliance: Array  # (c, c) of the slips that meet a resistance
     normal: Array  # (N, c) normal forces, or gaps of open nodes, due to unit residual shear forces
@@ -69,8 +69,8 @@ def elastic(question: Question) -> Elastic:
             system.pressing,
             opening=np.zeros((n, system.slides.shape[1])),
         )
-    # `MovingAreas` has no compliance: its arrays are those of the closed contact, even if some
-    # nodes never touch.
+    # `MovingAreas` has no compliance: its arrays belong to the closed contact, even if some nodes
+    # never touch.
     opened = question.open_nodes if question.compliance is not None else np.zeros(n, dtype=bool)
     closed = np.flatnonzero(~opened)
     slips = np.concatenate([closed + axis * n for axis in range(t)])
@@ -206,10 +206,10 @@ class RestProgram:
     effects
         Name -> (K, M, n) or (K, M) forces that a named unknown adds for each unit.
     slip_of
-        (K,) number of the slip at each instant; None: the first.
+        (K,) index of the slip at each instant; None: the first.
     responses
         Further forces (M, t N) due to unit slips of the first question, for instants with other
-        open nodes; and (K,) the number of the response at each instant.
+        open nodes; and (K,) the index of the response at each instant.
     """
 
     def __init__(
@@ -227,7 +227,8 @@ class RestProgram:
         self.rows = list[Rows]()
         count, entries = start.shape
         self.start = start
-        # The responses, first that of each question; and the number of the slip of each response.
+        # The responses, beginning with one for each question, and the index of the slip of each
+        # response.
         more, response_of = responses
         self.responses = [*(question.response for question in questions), *more]
         self.slips_of = [*range(len(questions)), *([0] * len(more))]
@@ -376,7 +377,7 @@ def _form(program: RestProgram) -> Form:
     _, units, at, quantities, weights, constants, zero, sizes = rows
     questions, responses = program.questions, program.responses
 
-    # The unknowns: named ones, those of each slip, own ones.
+    # The unknowns: named unknowns, the unknowns of each slip, own unknowns.
     named = len(program.named_units)
     of_slip = (quantities >= program.first_slip) & (quantities < program.first_own)
     has_slip = bool(of_slip.any())

@@ -1,4 +1,4 @@
-"""Sets of residual slips that do not alter the changes during a load cycle; how far they reach.
+"""Sets of residual slips that all give the same changes during a cycle, and how far they reach.
 
 `Rests` are the states of rest at a load factor. `SteadyCycles` are steady cycles that differ by a
 slip that does not change in time. In an uncoupled contact these are all steady cycles, otherwise a
@@ -32,7 +32,7 @@ class Rests:
     load_factor: float
 
     def program(self, units: Mapping[str, Any]) -> RestProgram:
-        """The program of the slips; at its last instant the forces are those of the slip alone."""
+        """The program of the slips; at its last instant the slip alone causes the forces."""
         question = self.question
         return assembled.stuck(
             assembled.at_corners(question, self.load_factor, units, residual=True)
@@ -46,7 +46,7 @@ class Rests:
 @kept
 @dataclass(frozen=True, eq=False)
 class SteadyCycles:
-    """The slips that turn one steady cycle into others, if they are added at all its instants."""
+    """The slips that, added at all instants of a steady cycle, give another steady cycle."""
 
     question: Question
     q: Array  # (T, N) or (T, N, 2) shear forces of the steady cycle
@@ -54,7 +54,7 @@ class SteadyCycles:
     moved: Booleans  # (N,) nodes that slip or open: the slips leave their forces unchanged
 
     def program(self, units: Mapping[str, Any]) -> RestProgram:
-        """The program of the slips; at its last instant the forces are those of the slip alone."""
+        """The program of the slips; at its last instant the slip alone causes the forces."""
         count, n = self.p.shape
         axes = self.question.system.tangents + 1
         forces = np.array([joined(q, p) for q, p in zip(self.q, self.p, strict=True)])
@@ -92,13 +92,14 @@ class Furthest:
             self._warm = WarmProgram(self._arrays)
 
     def along(self, direction: Array) -> Array | None:
-        """The slip, length, that goes furthest in a direction (t N,); None if nothing ends it."""
+        """The slip, length, furthest in a direction (t N,); None if the slips have no end there."""
         unknowns = self._program.form.slips[0]
         rates, _ = unknowns.rates_of(direction)
         cost = np.zeros(len(self._arrays.cost))
         cost[unknowns.shear] = -rates / (np.abs(rates).max(initial=0.0) or 1.0)
         if self._warm is not None:
-            # In the plane each program starts from the solution of the last one: rows are the same.
+            # In the plane each program starts from the solution of the last one, which has the same
+            # rows.
             self._warm.price(cost)
             outcome, *solution = self._warm.solve()
             if outcome == OPTIMAL:

@@ -44,7 +44,7 @@ from ...solve.solvers import LP, LP_SOLVERS, OPTIMAL, C
 from .question import Question
 from .rest_program import NO_UNKNOWNS, USER, RestProgram, SlipUnknowns
 
-# One file because a mechanism is what the multipliers of a solution are.
+# One file because the multipliers of a solution are a mechanism.
 
 
 @kept
@@ -64,7 +64,7 @@ class Mechanism:
         friction times the size of the slip; more if the node opens, and less if the surface shears
         off.
     friction, open
-        (N,) coefficients of friction; mask of the open nodes, which follow the others without
+        (N,) coefficients of friction; mask of the open nodes, which follow the closed nodes without
         force (None if all are closed).
     """
 
@@ -97,11 +97,11 @@ class Mechanism:
 
     @property
     def opening(self) -> Array:
-        """(K, N) lifts beyond friction times slip, >= 0; nodes that press little may have them."""
+        """(K, N) lifts beyond friction times slip, >= 0; 0 unless a node has little pressure."""
         return (self.moves[:, -1] - self.friction * self.size).clip(0.0)
 
     def parts(self, system: ContactSystem) -> Array:
-        """(2, K, N) sizes of the slips and openings; for open nodes, 0 and how far they touch."""
+        """(2, K, N) sizes of the slips and openings; for open nodes, 0 and how far they overlap."""
         along = self.size
         opening = self.opening
         if self.open is not None:
@@ -260,7 +260,7 @@ class Solution:
 
     @cached_property
     def moves(self) -> Array:
-        """(K, M) slips and lifts of the mechanism; at open nodes the forces that keep them open."""
+        """(K, M) slips and lifts of the mechanism; at open nodes the multipliers of their gaps."""
         return self._work[: self.program.first_named].reshape(self.program.start.shape)
 
     @cached_property
@@ -309,7 +309,7 @@ class Solution:
     def surely(self) -> tuple[float, float]:
         """The least and the largest value that the bound may have, if the solution is not checked.
 
-        They hold for unknowns a million times as large as those for which the error holds.
+        Both hold for unknowns up to a million times the sizes for which the error of `bound` holds.
         """
         bound, error = self.bound
         return bound - FAR * error, bound + FAR * error
@@ -399,8 +399,9 @@ class Solution:
     def multipliers(self) -> dict[str, Array]:
         """Multipliers of the rows by label, (K, N); for a cone, the multiplier of its first row.
 
-        Multipliers of equations have the sign of those of `left == right` in cvxpy. If a law leaves
-        a node in space no shear force, its two equations have one multiplier: the length of both.
+        Multipliers of equations have the sign that cvxpy gives to the equation `left == right`. If
+        the law allows a node in space no shear force, the node has two equations, for which the
+        length of their two multipliers is given.
         """
         by_label = dict[str, Array]()
         for rows, part in self.program.form.stacked.parts:
@@ -465,7 +466,7 @@ def solve(
 
 
 def contradiction(program: RestProgram) -> tuple[Solution, float] | None:
-    """Multipliers that prove that no unknowns satisfy all rows, and their error; None if none do.
+    """Multipliers that prove that no unknowns satisfy all rows, and their error; or None.
 
     The proof holds for unknowns up to a million times their units. If there is a direction in which
     the goal grows without end, it also holds along this direction.

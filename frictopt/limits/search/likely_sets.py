@@ -44,9 +44,9 @@ _GROUP = 4
 def open_under_mean(question: Question, friction: Array | None = None) -> list[Booleans]:
     """Masks (N,) of the nodes that the mean load leaves open in a contact without earlier slip.
 
-    The list is empty if no node opens, or if the contact finds no state of rest. If the fixed parts
-    of the corners differ, there is a mask for each corner at load factor 0, and one of the nodes
-    that all corners leave open. `friction` replaces the friction of the question.
+    The list is empty if no node opens, or if no state of rest is found. If the fixed parts of the
+    corners differ, there is a mask for each corner at load factor 0, and one of the nodes that all
+    corners leave open. `friction` replaces the friction of the question.
     """
     # Imported here, because a closed contact does not need it.
     from ...transients.march import open_at_rest
@@ -122,8 +122,8 @@ def _slides_off(question: Question) -> bool:
 def next_to(limit: ShakedownAnswer) -> Iterator[Booleans]:
     """Neighbouring sets of open nodes: some nodes, mainly governing ones, are opened or closed.
 
-    First all governing nodes change, then only the nodes at the border between open and closed
-    nodes. In the plane all closed nodes of the border open, or all its open nodes close,
+    First all governing nodes change, then only the governing nodes at the border between open and
+    closed nodes. In the plane all closed nodes of the border open, or all its open nodes close,
     because a mechanism may govern on one side only. Last, governing nodes change one by one, in
     space in small groups, beginning at the border.
     """
@@ -149,10 +149,10 @@ def next_to(limit: ShakedownAnswer) -> Iterator[Booleans]:
 
 
 def governing(limit: ShakedownAnswer) -> Integers:
-    """Nodes that govern a limit and may change, largest motion first.
+    """Nodes that govern a limit, and that a search may open or close, largest motion first.
 
-    In a large closed contact without gaps, only nodes that tend to open govern: each pressed node
-    would cost a program, which gained nothing in the large contacts measured.
+    In a large closed contact without gaps, only nodes that tend to open are returned: each pressed
+    node would cost a program, which gained nothing in the large contacts measured.
     """
     question = limit._question
     motion = motion_of(limit)
@@ -168,7 +168,10 @@ def governing(limit: ShakedownAnswer) -> Integers:
 
 
 def tends_to_open(closed: ShakedownAnswer) -> Booleans:
-    """(N,) governing nodes of a closed contact without pressure, or that the mean load pulls."""
+    """(N,) nodes of a closed contact that govern and tend to open.
+
+    Such a node has no pressure at some corner, or the mean load pulls it.
+    """
     motion = motion_of(closed)
     unpressed = _touching(closed) & (motion > GOVERNS_TOUCHING * motion.max())
     pulled = closed._question.r0[:, -1].max(axis=0) < 0
@@ -182,7 +185,7 @@ def motion_of(limit: ShakedownAnswer) -> Array:
 
 
 def _touching(limit: ShakedownAnswer) -> Booleans:
-    """(N,) open nodes without gap at some corner, and closed nodes without pressure at some."""
+    """(N,) open nodes without gap, and closed nodes without pressure, at some corner."""
     question = limit._question
     if not np.isfinite(limit.load_factor):
         return np.zeros(question.system.nodes, dtype=bool)
@@ -191,6 +194,6 @@ def _touching(limit: ShakedownAnswer) -> Booleans:
 
 
 def touching(question: Question, load_factor: float, slip: Array) -> tuple[Booleans, Booleans]:
-    """(K, N) masks of the nodes without pressure, and of those without gap, at the corners."""
+    """(K, N) masks of the nodes without pressure, and of the nodes without gap, at the corners."""
     u, r = question.states(load_factor, slip)
     return r[:, -1] <= TOUCHES * question.force, u[:, -1] <= TOUCHES * question.clearance

@@ -3,7 +3,7 @@
 A loose node has forces like a closed node, and at each corner also its own slip and gap. In a
 branch some loose nodes are open, some are closed, and the others may be open or closed (theory,
 "The search of the open nodes"). Branches differ only in the bounds of their unknowns: an open node
-has no pressure, and a closed one no motion of its own.
+has no pressure, and a closed node no motion of its own.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ _MOST = 100.0
 # A bound counts as infinite if it is within this relative distance of the largest value.
 _AT_MOST = 1e-6
 # A loose node is open if its pressure is below this share of its unit. It is closed if its own
-# motion is below this share of its unit. If all are open or closed, the solution is that of one
-# set.
+# motion is below this share of its unit. If all loose nodes are open or closed, the solution
+# belongs to one set.
 _DECIDED = 1e-6
 
 
@@ -154,7 +154,7 @@ class LooseNodes:
         self._far = FAR
         if np.isfinite(largest):
             self._far = max(FAR, self._most / self._unit)
-        # The places of the own motions among the unknowns. Those of the lifts are last.
+        # The places of the own motions among the unknowns. The lifts are last.
         self._own = np.arange(len(self._arrays.cost))[program.named["own"]].reshape(shape)
         self._set = np.asarray(sets)[program.response_of]  # number of the set of each instant
         # At the first instant of each slip, loose nodes have no own slip: there, the common slip is
@@ -162,7 +162,7 @@ class LooseNodes:
         self._first = [int((program.response_of == slip).argmax()) for slip in range(len(sets))]
         self.size = (max(sets) + 1) * n
         of_forces, self._node = self._rows_of_nodes(program, forces, nodes)
-        # The places of the forces among the rows. Those of the normal forces are last.
+        # The places of the forces among the rows. The normal forces are last.
         self._forces = of_forces.reshape(shape)
         # A linear program is kept in HiGHS, where only its bounds change.
         is_linear = self._arrays.sizes.max(initial=1) == 1
@@ -237,8 +237,8 @@ class LooseNodes:
     def _unbalanced(self, cost: Array, y: Array, still: Booleans) -> Array:
         """(X,) the errors with which the multipliers of the rows balance a cost.
 
-        An unknown that is fixed at zero needs no balance. A lift, which is >= 0, needs it only from
-        one side.
+        An unknown that is fixed at zero needs no balance. A lift, which is >= 0, needs balance only
+        from one side.
         """
         rest = cost + self._matrix.T @ y
         lifts = self._own[:, -1]
@@ -258,8 +258,8 @@ class LooseNodes:
         least[self._own[:, -1]] = 0.0
         program.bound_columns(own, least[own], most[own])
         outcome, x, y = program.solve(-above / self._unit)
-        # Multipliers of inequalities must not be negative, and those of rows without bounds are
-        # zero.
+        # Multipliers of inequalities must not be negative, and rows without bounds have multipliers
+        # of zero.
         y = np.where(zero, y, np.maximum(y, 0.0))
         y[rows[~zero[rows]]] = 0.0
         return outcome, x, y

@@ -50,16 +50,17 @@ from .set_search import keep_best
 
 # How far above the limit transients are followed, relative to the limit.
 _ABOVE = 0.003
-# How far above a limit of 0 they are followed, relative to the unit of the load.
+# How far above a limit of 0 transients are followed, relative to the unit of the load.
 _ABOVE_ZERO = 1e-3
-# Load factors at which transients begin if no safe load factor is known, in units of the load.
-# If the cycle has fixed parts, the first load factor is 0.
+# Load factors of the transients if no safe load factor is known, in units of the load. If the cycle
+# has fixed parts, the first load factor is 0.
 _FIRST = (0.005, 0.05, 0.3, 1.0)
-# Load factor of an overload before the cycles, over that of the cycles. The overload leaves another
-# slip.
+# Load factor of an overload before the cycles, divided by the load factor of the cycles. The
+# overload leaves another slip.
 _OVERLOAD = 5.0
-# In contacts of at most this many nodes, further transients start from the slip of the limit, in
-# which one node is moved by its unit, forwards or backwards. They may settle to other orders.
+# In contacts of at most this many nodes, further transients start from the slip of the limit, after
+# the slip of one node is changed by its unit, forwards or backwards. These transients may settle to
+# other orders.
 _MOVED = 6
 # Cycles after which a transient is given up.
 _CYCLES = 300
@@ -163,7 +164,7 @@ def _order_of(
     for j, before, after in zip(along[1:], sets[:-1], sets[1:], strict=True):
         if after != before:
             events.append((int(segments[j]), float(shares[j]), before ^ after))
-    # Nodes that differ between the last interval and the first one change at the first corner.
+    # Nodes that differ between the last and the first interval change at the first corner.
     if path.closed and sets[-1] != sets[0]:
         events.append((corners - 1, 1.0, sets[-1] ^ sets[0]))
     order = Order(
@@ -233,7 +234,8 @@ class _OrderSearch(Generic[L]):
     def gains_settled(self, settled: Settled) -> bool:
         """Whether the order that a transient shows has a higher limit. If so, it is the best one.
 
-        It does not count if some load factors between the two limits are not safe.
+        The order does not count if its least safe load factor is above the best limit so far,
+        because load factors in between may not be safe.
         """
         limit = self._higher(settled)
         if limit is None:
@@ -248,7 +250,7 @@ class _OrderSearch(Generic[L]):
         return True
 
     def _higher(self, settled: Settled) -> L | None:
-        """The limit of an order, if the order is new and the limit is higher than the best one."""
+        """The limit of an order, if the order is new and its limit is the highest so far."""
         order = settled.order
         if not order.events and len(order.start) == self._question.system.nodes:
             return None  # no node ever touches: see `best_open_set`
@@ -285,9 +287,9 @@ def _pivots(limit: ShakedownAnswer, order: Order) -> Iterator[Order]:
     """Neighbouring orders, in which nodes open or close at a corner.
 
     First, all nodes without pressure at a corner open there, and all nodes without gap close there.
-    One by one would not do: on symmetric contacts only one of two twin nodes may have a multiplier,
-    and opening this node alone does not raise the limit. Then only nodes that govern change: they
-    open together, and close one by one.
+    To open them one by one would not do: on symmetric contacts only one of two twin nodes may have
+    a multiplier, and opening this node alone does not raise the limit. Then only nodes that govern
+    change: they open together, and close one by one.
     """
     bare, shut = _touching(limit)
     opened = order.between[0], order.between[-1]
@@ -391,7 +393,7 @@ def _limit_of(
     """The limit of an order; SolverError if it is proven to be at most `above`.
 
     If the load passes through the mean load on a line, all smaller load factors are safe. Else a
-    second program gives the least safe one, unless the order comes from a pivot.
+    second program gives the least safe load factor, unless the order comes from a pivot.
     """
     if question.both_vary:
         return _limit_of_products(limit_of_order, question, settled)

@@ -80,7 +80,7 @@ def best_open_set(
     - at once in a contact that is not small, without `programs`, if zero slip is safe under the
       mean load and no node governs;
     - if a comparison of all nodes has no branch left: then no set that counts has a higher limit
-      or, with `enough`, none reaches it;
+      or, with `enough`, no set reaches `enough`;
     - if the next comparison in a large contact would have too many motions of loose nodes;
     - if a local search finds no neighbour with a higher limit, and `programs` is None;
     - if the number of programs is used up;
@@ -117,7 +117,7 @@ def is_small(questions: Sequence[Question]) -> bool:
 
 
 def _motions(question: Question, nodes: int) -> int:
-    """Number of motions in the program that compares the sets of so many loose nodes."""
+    """Number of motions in the program that compares all sets of so many loose nodes."""
     return nodes * (question.system.tangents + 1) * len(question.r1)
 
 
@@ -274,7 +274,8 @@ class _SetSearch(Generic[L]):
         if not starts:
             return
         self._climb(max(starts, key=lambda limit: limit.load_factor))
-        # The last start has the least friction, and differs most from the others.
+        # The last start has the least friction, and differs most from the start with the best
+        # limit.
         if len(self._bounds) * starts[-1].slip.size < WORK:
             self._climb(starts[-1])
 
@@ -293,7 +294,7 @@ class _SetSearch(Generic[L]):
             if not open_nodes.all():
                 question = with_open(self._closed._question, open_nodes)
             if question is None:
-                # If the closed nodes do not hold the others, there is no limit.
+                # If the closed nodes do not hold the open nodes, there is no limit.
                 self._bounds[key] = -np.inf
                 return None
             self._count()

@@ -1,9 +1,9 @@
 """The least and the largest values of a fatigue parameter over a set of residual slips.
 
 Every slip of the set gives the same changes of stress during the cycle, and stresses are linear in
-the slip. So on a given plane at a given point, each parameter rises with one normal stress. Its
-least and its largest value are solutions of linear programs, in space of cone programs (theory,
-"The fatigue band").
+the slip. So on a given plane at a given point, each parameter rises with one normal stress. The
+least and the largest value of the parameter are solutions of linear programs, in space of cone
+programs (theory, "The fatigue band").
 
 - `Stresses`: stress and strain at the points, and the rates of stress with the residual slip.
 - `StressLevels.least`: the least value, over all slips, of the largest value over points. A program
@@ -17,8 +17,9 @@ least and its largest value are solutions of linear programs, in space of cone p
   linear in load factor and slip together. So on a given plane at a given point, each parameter is
   such a linear function, or such a function times the load factor (Smith, Watson and Topper; Fatemi
   and Socie). The largest value over all states of rest may fall with the load factor, so that no
-  bisection finds where it first reaches a value. A program for each plane finds it. The least value
-  over all states of rest never falls, if the mean load is a mean of the loads of the corners.
+  bisection finds where it first reaches a value. A program for each plane finds this load factor.
+  The least value over all states of rest never falls, if the mean load is a mean of the loads of
+  the corners.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ from ..program.solution import Judged, Solution, contradiction, solve
 
 # Distance of the proven bound from the least value, relative to the value.
 AGREED = 1e-7
-# The same for the least value of a single point, which is only drawn.
+# The same distance for the least value of a single point, which only a picture shows.
 DRAWN = 1e-4
 # The smallest value by which these distances are divided, relative to the values without slip.
 _FLOOR = 0.1
@@ -79,7 +80,10 @@ def tensors_at_rest(question: Question, stress_map: StressMap, load_factor: floa
 
 
 def stress_terms(program: RestProgram, rates: Array) -> list[Term]:
-    """Terms of n rows: stresses, with rates (n, t N), that the forces of the slip alone cause."""
+    """Terms of n rows: the stresses that the residual slip causes by its forces, without the loads.
+
+    `rates` (n, t N) are stresses per unit slip.
+    """
     closed = elastic(program.question)
     by_force = rates[:, closed.slips] @ closed.compliance
     last = np.full(len(rates), len(program.start) - 1)
@@ -172,8 +176,8 @@ class StressLevels:
         system = slips.question.system
         self._none = np.zeros(system.slip_shape)
         self._grid = half_sphere(planes)
-        # If no shear acts out of the section x, y, only this section and planes across it are
-        # searched.
+        # If no shear acts out of the section x, y, only this section and the planes normal to it
+        # are searched.
         if not (stresses.sigma[..., :2, 2].any() or stresses.rates[..., :2, 2].any()):
             angles = np.pi * np.arange(planes) / planes
             in_section = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(planes)])
@@ -246,7 +250,7 @@ class StressLevels:
         return level
 
     def most(self, point: int) -> End:
-        """The largest value of a point over all slips; inf if wedged slips grow without end."""
+        """The largest value of a point over all slips; inf if friction wedges and lets it grow."""
         stresses = self._stresses
         not_negative = stresses.name in NOT_NEGATIVE
         ends = self._ends(point, self.planes_of(point))
@@ -269,7 +273,10 @@ class StressLevels:
         return [End(value + added, slip, normal) for value, (added, slip), normal in ends]
 
     def _along(self, rates: Array) -> list[tuple[float, Array]]:
-        """For each rate, the most that a slip adds, and the slip; inf, NaN if friction wedges."""
+        """For each rate, the most that a slip adds, and this slip.
+
+        If friction wedges and nothing ends the slips along a rate, they are inf and NaN.
+        """
         ends = []
         for rate in rates:
             slip = self._furthest.along(rate)
@@ -287,8 +294,7 @@ class StressLevels:
     def on_plane(self, point: int, normal: Array) -> dict[str, float]:
         """The load corner with the largest normal stress on a plane, and the range of this stress.
 
-        The range is given for two slips: for the one with the least and the one with the largest
-        stress.
+        The range is given for two slips, which have the least and the largest stress.
         """
         square = np.outer(normal, normal)
         along = np.einsum("ij,kij->k", square, self._stresses.sigma[:, point])
