@@ -73,7 +73,8 @@ def __dir__() -> list[str]:
 def load(path: str | Path) -> Any:
     """Read a result that its `save` wrote.
 
-    It is of the same class, and equal in all numbers, words and tables. Its `problem` is None.
+    It is of the same class, and equal in all numbers, words and tables. Its `problem` is made again
+    from the numbers; designs, and results with constraints of a model, have none.
 
     Returns
     -------

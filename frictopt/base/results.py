@@ -106,7 +106,8 @@ class Kept(Shown):
 
         The file is an npz archive of plain arrays and one text, no pickle, so reading it runs no
         code of the file. All numbers, words and tables are kept, also in the contact and in other
-        results that this result contains. The cvxpy `problem` of the loaded result is None.
+        results that this result contains. The cvxpy `problem` of the loaded result is made again
+        from the numbers; designs, and results with constraints of a model, have none.
 
         Raises
         ------

@@ -253,7 +253,7 @@ def test_under_a_static_load_a_contact_rests_above_its_bound(seed):
         "no residual slip is safe above it with all nodes closed"
     )
     found = fo.shakedown_limit(contact, up, 0.5)
-    assert closed.reason.endswith("rest above the limit, until a body slides off (bound_for_all)")
+    assert closed.reason.endswith("load factor at which a body slides off (bound_for_all)")
     assert found.load_factor >= 1.2 * closed.bound and found.best_of_all
     assert found.bound_for_all >= 1.2 * closed.bound
 

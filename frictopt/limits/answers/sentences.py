@@ -47,8 +47,8 @@ NOT_HIGHER_WITH_OTHERS_OPEN = "; with other nodes open all through the cycle it 
 BOUND_COVERS = "; the dual bound covers them"
 """Assumption: "them" are user constraints, which the reason names."""
 STATIC = (
-    "; under this static load the contact may open nodes and come to rest above the limit, "
-    "until a body slides off (bound_for_all)"
+    "; under this static load the contact may open nodes and so come to rest above the limit, at "
+    "most up to the load factor at which a body slides off (bound_for_all)"
 )
 """Assumption: all corners have the same load, and there are no user constraints."""
 UNSAFE_BELOW = "; {node_states}no slip is safe below {least:.6g}"
