@@ -1,7 +1,8 @@
 """Run a command: its options, its warnings, and its exit code.
 
-Exit codes: 0 an answer, 2 bad input, 3 no answer, 4 a file that cannot be read or written, 130
-interrupted (Ctrl-C, SIGTERM), 141 nobody read the output to its end (`| head`).
+Exit codes: 0 an answer, 2 bad input, 3 no answer, 4 a file that cannot be read or written, or a
+missing package, 130 interrupted (Ctrl-C, SIGTERM), 141 nobody read the output to its end
+(`| head`).
 """
 
 import argparse
@@ -20,7 +21,8 @@ from .answers import ExitCode, partial_answer
 from .options import Command
 
 _EPILOG = """exit codes: 0 an answer; 2 bad input; 3 no answer, such as a limit that is nan;
-4 a file that cannot be read or written; 130 interrupted; 141 the reader of the output stopped.
+4 a file that cannot be read or written, or a missing package; 130 interrupted;
+141 the reader of the output stopped.
 `frictopt COMMAND --help` lists the options of a command, with an example."""
 
 # Arguments that name an output file -> the allowed endings; without endings, any ending is allowed.
