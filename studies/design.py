@@ -2,8 +2,8 @@
 
 Run with `python -m studies design [--quick]`. Material is removed from the face of the paper's
 punch up to a depth. The unit of the depth is the half-width of the punch times its mean pressure
-over the modulus E. The best profiles are compared with the profile that wear makes. "Three shapes"
-are even polynomials up to the sixth degree. The lap joint is in space: three bolts in a row, a
+over the modulus E. The best profiles are compared with the profile that wear makes. The
+face "three shapes" is a constant plus multiples of x^2, x^4 and x^6. The lap joint is in space: three bolts in a row, a
 small pressure, and a pull and a side load to and fro.
 """
 

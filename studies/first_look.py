@@ -115,8 +115,8 @@ def _contact_and_models(
 def works(parameters: Parameters) -> Iterator[Row]:
     """One row per load and start.
 
-    The starts are: no slip, the slip that leads to most work of all that one overload can leave,
-    the opposite slip, the witness, and the safe slip. Besides evenly spaced loads, there are the
+    The starts are: no slip; of all slips no larger than one overload leaves, the slip that leads
+    to the most work, and its opposite; the witness; and the safe slip. Besides evenly spaced loads, there are the
     limit after one overload, and two loads beside the shakedown limit.
     """
     system, lower, after_overload = _contact_and_models(parameters.elements, parameters.friction)

@@ -1,4 +1,4 @@
-"""Limits of the dovetail, the pin in a plate and the rounded punch against friction.
+"""Limits of the dovetail, the pin in a plate and the rounded punch, as functions of friction.
 
 Run with `python -m studies scenes [--quick]`. Loads are in the units of each scene: the mean pull
 of the blade, the mean pressure of the fit and the mean pressure of the punch are 1.

@@ -64,7 +64,7 @@ def reversals(points: Array) -> list[int]:
 def _worst_point(points: Array) -> int | None:
     """Index of the point that the straight segment from the first to the last one fits worst.
 
-    The result is None if all points lie within 1 of the segment, in their order. If a point is
+    The result is None if the segment passes within 1 of all points, in their order. If a point is
     farther than 1, the worst point is the farthest one; otherwise it is the point that goes back
     most.
     """

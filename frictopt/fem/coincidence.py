@@ -107,7 +107,7 @@ def error_along(directions: Array, errors: Array) -> Array:
 def measured(distance: Array, error: Array) -> Array:
     """(n,) distance if it exceeds its error (n,), else zero.
 
-    A distance of a whole unit of the last digit is not an error, and stays.
+    The error counts slightly reduced, so that a distance of one whole unit of the last digit stays.
     """
     return np.where(distance > (1 - 2 * COUNTS) * error, distance, 0.0)
 

@@ -90,7 +90,7 @@ def _contact_face(model: Any, fields: BodyFields | None, extra: Mapping[str, Arr
 
 
 def _along_tangents(values: Array, frames: Array) -> Array:
-    """(N, d) vectors of components (N,) or (2, N) along the tangents."""
+    """(N, d) vectors from their components along the tangents, (N,) or (2, N)."""
     return np.asarray(np.einsum("tn,nta->na", np.atleast_2d(values), frames[:, :-1]))
 
 

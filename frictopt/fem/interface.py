@@ -228,10 +228,10 @@ def guided_pairs(
     dependent node of their pair.
 
     A pair cannot slip along an axis if supports hold all its nodes along that axis. A pair on a
-    plane (or an axis) of symmetry cannot slip across it either, on two conditions: supports hold
-    nodes of both bodies there, and the rest of the pair lies on one side, so that the motion of its
-    mirror image cancels its own. The normal is then put into the plane, because it was computed
-    from facets on one side only.
+    plane (or an axis) of symmetry cannot slip across it either, on two conditions. Supports hold
+    nodes of the pair there, in both bodies. All other nodes of the pair lie on one side, so that
+    the motion of the mirror image cancels the motion of the pair. The normal is then put into the
+    plane, because it was computed from facets on one side only.
 
     A node can be dependent if it is held along exactly the axes along which its pairs cannot slip.
     Then no other node depends on its motion along these axes.

@@ -236,9 +236,9 @@ def opposed_direction(system: ContactSystem, cycle: LoadCycle) -> Array | None:
 
 
 def _compliance_scale(system: ContactSystem, cycle: LoadCycle, direction: Array) -> float:
-    """Size of the terms of the compliance of this load, which may cancel.
+    """Scale of the terms that add up to the compliance along a direction of loads.
 
-    Other loads do not count.
+    If the terms cancel, the compliance itself is only rounding.
     """
     assert system.compliance is not None
     reactions = joined(*system.reaction(cycle.corners[0]))

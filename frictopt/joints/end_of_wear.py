@@ -108,8 +108,9 @@ def worn_in(
     The theorem needs an uncoupled contact whose tangential stiffness is a multiple of its normal
     stiffness, and loads that stay on one line. Without slip, the shear of all nodes must change in
     the same direction, by at least friction times the change of pressure. Then the stick zone
-    equals the contact area of the same bodies under a smaller normal force: the mean normal force
-    minus half the change of the shear force, divided by friction (Ciavarella 1998, Jäger 1998). A
+    equals the contact area of the same bodies under a smaller normal force,
+    `(P1 + P2) / 2 - |Q2 - Q1| / (2 f)` with the forces at both ends of the load (Ciavarella 1998,
+    Jäger 1998). A
     larger gap outside the stick zone does not change this zone, so it is the same at any depth of
     wear. Outside the zone, wear continues while there is pressure (Popov 2014), if wear at one
     place does not reduce the pressure elsewhere. In the end the contact is confined to the stick

@@ -81,7 +81,7 @@ class ForcedResponse(Kept, Plotted):
     damping
         Damping ratio of material and air for the glued mode.
     scale
-        Motion per modal amplitude of the point whose amplitudes are listed.
+        Motion of the point whose amplitudes are listed, for a modal amplitude of 1.
     oscillator
         Stiffness and loss of the mode at the amplitudes of the curve.
     note

@@ -239,7 +239,8 @@ def interaction_at(steady: SteadyState, others: OtherModes | None, omega: float)
     """Modal force that the first harmonic of the mode leaves out, divided by the load factor.
 
     `omega` is the angular frequency of the motion. The force is the largest of the forces on the
-    mode itself and on the other modes. NaN if no motion like a cosine has this loop.
+    mode itself and on the other modes. NaN if the displacement does not swing like a cosine,
+    because it stands still or turns back between the corners, or repeats only after two cycles.
     """
     if moves_as_glued(steady):
         return 0.0

@@ -14,8 +14,8 @@ is the limit of the contact whose areas move, and its answer is completed for al
   the equations of the rim give adds to the loads of these nodes.
 - The shear forces of the rim are linear in the load factor alone. The nodes of the rim have no
   stiffness here, so their slip changes nothing.
-- If the equations of the rim have no solution, the forces that they leave over act on nodes without
-  pressure. So the limit is 0, or only one load factor is safe, or no load factor is safe.
+- If the equations of the rim have no solution, the shear forces that stay unbalanced act on nodes
+  without pressure. So the limit is 0, or only one load factor is safe, or no load factor is safe.
 
 A state of rest exists at a load factor if and only if the ordinary question has a safe slip there.
 For one given load factor this also holds if the load factor scales normal loads, or if fixed parts
@@ -107,8 +107,8 @@ def _shear(areas: MovingAreas) -> Array:
     """(2, M, t, N) shear forces if the nodes that never open do not slip.
 
     Index 0 is the part at load factor 0, index 1 the rate with the load factor. Forces that the
-    equations of the rim leave over are scaled to the size of the loads, because even if they are
-    small, no state of rest has them.
+    equations of the rim leave unbalanced are scaled to the size of the loads, because even if they
+    are small, no state of rest has them.
     """
     loads = areas.bonded_at_instants[:, :, :-1]
     motion = np.zeros_like(loads)
@@ -437,7 +437,7 @@ def _limit_of_rest(question: Question, rest: Rest[L], limit_of: LimitOf[L]) -> L
 
 
 def knows_all_pieces(question: Question) -> bool:
-    """Whether the load factor scales normal loads of an uncoupled contact, and nothing else varies.
+    """Whether a contact is uncoupled, and the load factor scales normal loads and all that varies.
 
     See `holds_for_all_openings`. The loads at load factor 0 must be the same at all corners.
     """

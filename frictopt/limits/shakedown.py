@@ -718,10 +718,10 @@ class ShakedownLimit(ShakedownAnswer):
     def bound_for_all(self) -> float:
         """Load factor above which no state of rest exists, for any start and any open nodes.
 
-        It is `bound` if the limit covers all states of rest, 0 if no state of rest exists.
-        Otherwise it is `bound` of `gross_slip`; 0 if, by equilibrium, no load factor has a state of
-        rest. Inf if supports hold the bodies: then the states that `covers` leaves out have no
-        proven bound. SolverError if no solver's answer passes the checks.
+        If the limit covers all states of rest, it is `bound`, or 0 if no state of rest exists.
+        Otherwise it follows from equilibrium alone: `bound` of `gross_slip`, or 0 if equilibrium
+        excludes every load factor. Inf if supports hold the bodies: then the states that `covers`
+        leaves out have no proven bound. SolverError if no solver's answer passes the checks.
         """
         if self._all_states:
             return 0.0 if np.isnan(self.bound) else self.bound

@@ -73,7 +73,7 @@ INFEASIBLE = "infeasible"
 UNBOUNDED = "unbounded"
 NONE = "infeasible or unbounded"
 CUT_OFF = "not below the cutoff"
-# Optima that a solver calls inaccurate count too: the residual of the claim shows their accuracy.
+# Optima that a solver calls inaccurate count too: the answer is checked anyway.
 _OUTCOMES = {
     highspy.HighsModelStatus.kOptimal: OPTIMAL,
     highspy.HighsModelStatus.kInfeasible: INFEASIBLE,

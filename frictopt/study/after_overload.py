@@ -18,8 +18,8 @@ def after_overload(
     """Guaranteed limit for slips up to the largest slip that one overload leaves.
 
     The overload is one cycle of a contact that has not slipped before. The largest slip that it
-    leaves is the slip bound of the limit. Use this function if a witness needs more slip than
-    assembly and overloads leave.
+    leaves is the slip bound of the result, unless the slip bound of `limit` is smaller. Use this
+    function if a witness needs more slip than assembly and overloads leave.
 
     Parameters
     ----------

@@ -21,7 +21,8 @@ _PARTS = 4
 # Least number of increments from corner to corner in the error estimate.
 _FINEST = 32
 
-# The finer increments also end at these distances before a corner, in lengths of an increment. Just
+# In the error estimate, increments also end at these distances before a corner. The unit is the
+# length of an increment before it is divided. Just
 # above a limit, nodes slip only shortly before a corner. The closer the load factor is to the
 # limit, the smaller is this part of the segment.
 _TAIL = np.concatenate([0.5 ** (np.arange(1, 13) / 2), 0.5 ** np.arange(7, 21)])

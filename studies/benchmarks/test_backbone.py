@@ -1,4 +1,4 @@
-"""Frequency and damping of the paper's punch at thirty amplitudes, with their range.
+"""The backbone curve of the paper's punch at thirty load factors, with least and most damping.
 
 The processor time is measured.
 """

@@ -28,7 +28,7 @@ def interval_of_set(
     f = np.broadcast_to(friction, n)
     closed = np.flatnonzero(~opened)
     free = np.flatnonzero(np.tile(opened, 2))
-    # In a condensed stiffness with rounding, a motion that nothing holds is this soft.
+    # A motion that nothing holds has no stiffness but the rounding of the condensed matrix.
     if len(free) and np.linalg.cond(S[np.ix_(free, free)]) > 1e12:
         return None
     mean = np.concatenate(system.reaction(cycle.mean)) / force

@@ -442,8 +442,8 @@ def test_partitioned_meshes_are_refused_by_their_name(tmp_path):
 
 
 TRIED = {  # rows of the page of formats, and the tests that try them
-    "gmsh: groups of the bodies and of their faces (in the plane of curves)": test_reversed_curves_and_entities_of_two_groups_are_kept,
-    "gmsh: groups of points, and in space of curves": test_groups_of_curves_in_space_are_without_effect,
+    "gmsh: groups of the bodies and of their faces (in the plane, their curves)": test_reversed_curves_and_entities_of_two_groups_are_kept,
+    "gmsh: groups of points, and in space also groups of curves": test_groups_of_curves_in_space_are_without_effect,
     "gmsh: groups without elements": test_what_is_in_no_group_needs_another_option_of_gmsh,
     "gmsh: formats 4.1, 2.2": test_one_name_in_two_dimensions_is_a_body_and_a_boundary,
     "gmsh: format 4.0, 1": test_other_versions_are_refused_by_number,
@@ -454,7 +454,7 @@ TRIED = {  # rows of the page of formats, and the tests that try them
     "Nastran (`.bdf`, `.nas`, `.fem`): grid points and [solids](#nastran)": test_properties_of_nastran_are_names,
     "Nastran: `GRID` and `GRDSET` with CP": test_nastran_meshes_in_other_systems_are_refused,
     "Nastran: axisymmetric elements and `CQUAD`": test_nastran_elements_whose_nodes_are_in_another_order_are_refused,
-    "Nastran: elements with some of their midside nodes": test_nastran_elements_need_all_of_their_midside_nodes_or_none,
+    "Nastran: elements with only some of their midside nodes": test_nastran_elements_need_all_of_their_midside_nodes_or_none,
     "I-deas (`.unv`), code_aster (`.mail`), FEBio (`.feb`), results of CalculiX (`.frd`)": test_formats_that_are_not_read_are_named_with_a_way_that_is,
     "others: sets, and numbers of groups (`ref`, `tag`, `material`)": test_numbers_of_groups_of_other_formats_are_names,
     "others: all other data of nodes and cells": test_numbers_of_groups_of_other_formats_are_names,

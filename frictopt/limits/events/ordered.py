@@ -179,7 +179,7 @@ def _follow_each_other(program: RestProgram, question: LiftOff, load_factor: flo
     number = 0
     for segment in dict.fromkeys(on_segments):
         events = [f"way{event}" for event, of in enumerate(on_segments) if of == segment]
-        # The end is the load factor if it scales the loads that vary there, otherwise 1.
+        # Places go from 0 to the load factor if no fixed part varies on the segment, else to 1.
         end: dict[str, float] = {}
         last = 1.0
         if is_scaled(question, segment):

@@ -18,7 +18,7 @@ _FEW = 4
 # Relative difference of two limits that the tolerances of the plain program explain if friction is
 # small.
 _ALIKE = 1e-3
-# The load factor of the transient over the limit. At the limit itself nodes may be at their
+# The load factor of the transient, divided by the limit. At the limit itself nodes may be at their
 # friction bounds. Above the critical friction the path then continues in several ways.
 _BELOW = 1 - 1e-9
 

@@ -67,7 +67,7 @@ def work_of_top(motions: Array, shears: Array, increments: int) -> float:
 
 
 def block_of_frictopt(elements: int) -> fo.ContactSystem:
-    """The block on held ground, with the load cases "down", "x" and the shear "side"."""
+    """The block on fixed ground; "down" and "x" move its top, "side" shears its sides."""
     along = np.linspace(0.0, 1.0, elements + 1)
     edges = {
         "contact": lambda x: x[1] == 0.0,
