@@ -9,8 +9,7 @@ transient: other events may follow. Two kinds of proof exclude such events.
   these few states shows whether the map is still affine there.
 - `CurvedLimit`, in increments. The directions of slip change, so the map is nonlinear, and
   extrapolation is repeated. One cycle from the last state, and from two states between it and the
-  fixed point, must come closer to the fixed point. A later extrapolation must give nearly the same
-  work.
+  fixed point, must come closer to the fixed point. A later extrapolation must give the same work.
 """
 
 from abc import ABC, abstractmethod
@@ -56,6 +55,8 @@ _CYCLES_PER_TURN = 60
 _MOST_TURNS = 6
 # Positions of the tested states between the fixed point (0) and the last state (1).
 _SHARES = (0.5, 0.1)
+# Largest relative difference of the works at two fixed points that count as the same.
+_SAME_WORK = 3e-8
 # Estimated error of the work at the limit while nodes are yet to stop, as a share of the distance
 # between the last work and the work at the limit. In random contacts it was at most 0.4 %.
 _LATER_EVENTS = 1e-2
@@ -150,8 +151,7 @@ class CurvedLimit(LimitSearch):
 
     If some nodes stick in the last returns, there are other fixed points nearby. Later events of
     the transient shift the fixed point; the shift decreases as the transient approaches it. So a
-    fixed point counts only if a fixed point extrapolated from a later state has nearly the same
-    work.
+    fixed point counts only if a fixed point extrapolated from a later state has the same work.
     """
 
     fixed: FollowedCycle | None = None
@@ -192,10 +192,12 @@ class CurvedLimit(LimitSearch):
         self.wait = _LEAST_CYCLES * turns
         if self.events_error > _ACCEPTED:
             self.wait = max(self.wait, cycles // 4)
+        total = limit.cycle.work.sum()
         change = np.abs(limit.cycle.work - earlier.work)
-        shift = float(change.sum() / (limit.cycle.work.sum() or 1.0))
+        shift = float(change.sum() / (total or 1.0))
         self.rates = self.rates[1], shift / max(farther - self.distance, RESIDUAL)
-        return limit if self.work_error() <= _ACCEPTED else None
+        is_same = (change <= _SAME_WORK * total + no_work).all()
+        return limit if is_same and self.work_error() <= _ACCEPTED else None
 
     def work_error(self) -> float:
         """See `LimitSearch`. The fixed point shifts in proportion to the way that is left."""

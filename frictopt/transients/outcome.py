@@ -65,9 +65,8 @@ class SteadyState(Recorded, Plotted):
     work_error
         Estimated relative difference between `dissipation` and the dissipation of later cycles. At
         most 1e-9, with two exceptions: the work is so small that it is rounding of the loads, or
-        slip in increments converges slowly to one of many steady cycles. It is no
-        bound: in increments, it was too small in 3 of 546 random contacts of 3 to 8 nodes, by at
-        most 7e-7.
+        slip in increments converges slowly to one of many steady cycles. It is no bound: in
+        increments, it was too small in 3 of 546 random contacts of 3 to 8 nodes, by at most 1.8e-7.
     step_error
         0 for the exact path. In increments, the estimated relative error of the dissipation due to
         the size of the increments: twice the change in finer increments, plus a share of the

@@ -81,9 +81,9 @@ def steady_state(
 
     In increments the directions of slip change, the map is not affine, and extrapolations are
     repeated. The fixed point is accepted if (1) a cycle from it returns to it, (2) cycles from the
-    last state and from two states in between approach it, and (3) the works at successive fixed
-    points differ so little that the estimated error of the work, `work_error`, is at most 1e-5. The
-    estimate is no bound.
+    last state and from two states in between approach it, and (3) a later extrapolation gives the
+    same work to a relative 3e-8. The remaining error of the work that `work_error` estimates is
+    then at most 1e-5; the estimate is no bound.
 
     The state may repeat after two cycles (`period`), or its slip may drift by the same amount in
     each period. Shakedown needs a slip that is safe at every corner. If nodes lift off or have no
