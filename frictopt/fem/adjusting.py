@@ -13,7 +13,7 @@ from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 from skfem import Mesh
 
-from ..base import Array, Integers, choice, first_of, number_of, place
+from ..base import Array, Integers, first_of, number_of, place
 from ..errors import ModelError
 from .bodies import Body, check_elements
 from .contacts import Contact, Tie, Tied
@@ -187,11 +187,11 @@ class _Moves:
         same = touches & (off <= np.minimum(tolerance, _SAME_NODE * edge[nodes]))
         places[same] = face_2.points[corners[nearest[same]]]
         self._move(contact.body_1, nodes[touches], places[touches], normals[touches])
-        return np.asarray(nodes[touches])
+        return nodes[touches]
 
     def measured(self, contact: Contact, tolerance: float) -> _Measured:
         """The distances of a contact, after a nearly plane face 2 has been made plane."""
-        _, face_2 = self._faces(contact)
+        _, face_2 = faces_of(contact, self.bodies)
         is_plane = self._straighten(contact.body_2, face_2, tolerance)
         face_1, face_2, nodes, P = self._placed(contact)
         points = face_1.points[nodes]
@@ -203,13 +203,9 @@ class _Moves:
             sag = sags(face_1, face_2, nodes, P)
         return _Measured(face_2, nodes, points, normals, distance, sag)
 
-    def _faces(self, part: Contact | Tie) -> tuple[Face, Face]:
-        names = [choice("contacts: body", name, self.bodies) for name in (part.body_1, part.body_2)]
-        return faces_of(part, {name: self.bodies[name].through_corners for name in names})
-
     def _placed(self, part: Contact | Tie) -> tuple[Face, Face, Integers, csr_matrix]:
         """Both faces, the nodes of face 1 that lie opposite face 2, and their places there."""
-        face_1, face_2 = self._faces(part)
+        face_1, face_2 = faces_of(part, self.bodies)
         overlaps, share = facing(face_1, face_2, part)
         overlaps, opposite, _ = without_slivers(overlaps, face_1, share)
         nodes = np.unique(opposite.facets)

@@ -19,7 +19,6 @@ from ..base import (
     place,
     shown,
 )
-from ..contact.components import frames_of
 from ..errors import ModelError
 from .adjusting import adjusted, notes_on_moves
 from .bodies import Body, numbered_nodes, on_axis
@@ -28,7 +27,7 @@ from .coincidence import coincide
 from .contacts import Contact, Tie, contact_names, followers_of, independent_pairs
 from .couplings import Coupling, coupled
 from .elasticity import Kinematics, body_stiffness, midside_ties
-from .interface import Interface, guided_pairs, openings
+from .interface import interface_of, openings
 from .loads import Displacement
 from .mortar import Joint, check_touching, faces_of, join_faces, normals_into, resultants
 from .rigid import Glued, assemblies, glued_bodies, node_graph
@@ -208,9 +207,7 @@ class Assembly:
 
     def _joined_faces(self, contacts: Sequence[Contact], ties: Sequence[Tie]) -> list[Joint]:
         """Join the faces of each contact, and check that touching faces have a contact or a tie."""
-        names = [name for contact in contacts for name in (contact.body_1, contact.body_2)]
-        bodies = {name: self.body("contacts", name).through_corners for name in names}
-        faces = [faces_of(contact, bodies) for contact in contacts]
+        faces = [faces_of(contact, self.bodies) for contact in contacts]
         joints = []
         touched = defaultdict[tuple[str, str], list[Integers]](list)
         of_contacts = zip(
@@ -341,18 +338,23 @@ class Assembly:
         opening = csr_matrix(self.untied @ self.followers.matrix)
         opening.data[np.abs(opening.data) <= ROUNDING] = 0.0
         opening.eliminate_zeros()
-        normals, candidates = guided_pairs(
-            nodes[pairs], opening, self.free_rows, normals, self.points, self.errors
+        self.pairs = interface_of(
+            nodes[pairs],
+            opening,
+            self.free_rows,
+            normals,
+            self.points,
+            self.errors,
+            self.numbers,
         )
-        self.pairs = Interface(nodes[pairs], opening, frames_of(normals), candidates, self.numbers)
         self.sides = (
             identity(len(self.points), format="csr")[nodes[pairs]],
             projection[pairs],
         )
         self.contact = number[pairs]
-        self.gap = np.asarray(means @ gap)
+        self.gap = means @ gap
         # At the tip of a crack both faces share a node, which adds no width to the next pair.
-        self.width = np.asarray((means > 0) @ np.where(nodes == partners, 0.0, widths))
+        self.width = (means > 0) @ np.where(nodes == partners, 0.0, widths)
 
     def _all_pairs(self, contacts: Sequence[Contact]) -> tuple[Any, ...]:
         """Contact, node of body 1, place on body 2, normal, width and gap of all pairs.

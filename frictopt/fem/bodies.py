@@ -21,12 +21,11 @@ from .elasticity import (
     ElementName,
     Kinematics,
     Material,
+    element_parts,
     facet_nodes,
     functions_of,
     nodes_from,
-    parts_of,
     quadratic,
-    through_corners,
 )
 from .mixed import MIXED, MIXED_QUADRATIC, with_wedges
 
@@ -93,9 +92,9 @@ class Body:
     element: ElementName | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "mesh", with_wedges(self.mesh))
-        check_kind(self.mesh)
-        kind = type(self.mesh)
+        mesh = with_wedges(self.mesh)
+        check_kind(mesh)
+        kind = type(mesh)
         is_straight = kind in QUADRATIC
         usual = "linear" if is_straight else "quadratic"
         element = choice("element", usual if self.element is None else self.element, ELEMENT_NAMES)
@@ -106,7 +105,6 @@ class Body:
             )
         if not isinstance(self.material, Material):
             raise ModelError(f"material: a {type(self.material).__name__}; give a Material")
-        mesh = self.mesh
         if element == "quadratic" and isinstance(mesh, MIXED):
             raise ModelError(
                 f"element: {element!r}, but the mesh has wedges, or elements of several shapes; "
@@ -150,18 +148,6 @@ class Body:
     def boundary_nodes(self, name: str, argument: str) -> Integers:
         """Nodes on a boundary; error messages call the boundary `argument`."""
         return facet_nodes(self.mesh, self.boundary(name, argument))
-
-    @property
-    def through_corners(self) -> Body:
-        """The body with linear elements through its corner nodes, as contacts use it.
-
-        The corner nodes keep their numbers.
-        """
-        if self.element != "quadratic":
-            return self
-        mesh = through_corners(self.mesh)
-        corners = slice(mesh.p.shape[1])
-        return self.with_mesh(mesh, errors=self.errors[corners], written=self.written[:, corners])
 
     @cached_property
     def errors(self) -> Array:
@@ -236,7 +222,7 @@ def check_elements(mesh: Mesh) -> None:
             f"mesh: elements that are not convex or have no {size}: {bad.sum()}, the first is {i}; "
             f"{repair}"
         )
-    part = parts_of(mesh.f2t[:, mesh.f2t[1] >= 0], mesh.t.shape[1])
+    part = element_parts(mesh)
     if part.max() > 0:
         share = "edge" if is_plane else "face"
         raise ModelError(
@@ -337,7 +323,7 @@ def split_bodies(
 
 def with_parts(mesh: Mesh) -> Mesh:
     """The mesh with its connected parts as its only subdomains."""
-    part = parts_of(mesh.f2t[:, mesh.f2t[1] >= 0], mesh.t.shape[1])
+    part = element_parts(mesh)
     subdomains = {}
     for number, which in enumerate(dict.fromkeys(part.tolist()), 1):
         elements = np.flatnonzero(part == which)

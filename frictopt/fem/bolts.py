@@ -13,10 +13,10 @@ from .bodies import Body
 from .elasticity import (
     Kinematics,
     boundary_forces,
+    element_parts,
     facet_nodes,
     node_areas,
     nodes_from,
-    parts_of,
 )
 from .loads import Part
 
@@ -133,13 +133,13 @@ def bolts_of(loads: Mapping[str, Sequence[object]]) -> list[BoltPreload]:
 
 
 def by_their_forces(
-    loads: Mapping[str, Sequence[object]], bonded: Mapping[str, Array], L: Array
+    loads: Mapping[str, Sequence[object]], R: Array, L: Array
 ) -> tuple[dict[str, Array], Array, dict[str, tuple[float, float]]]:
     """Bonded reactions and compliance, scaled so that amplitude 1 of a locked bolt gives its force.
 
-    The given reactions and compliance are for a shortening of 1. They are multiplied by the
-    shortening that gives the force in the glued bodies. The third result has the force and this
-    shortening of each locked bolt.
+    The given reactions R (k, loads) and compliance L are for a shortening of 1. They are multiplied
+    by the shortening that gives the force in the glued bodies. The third result has the force and
+    this shortening of each locked bolt.
     """
     units = np.ones(len(L))
     bolts = {}
@@ -147,8 +147,8 @@ def by_their_forces(
         if isinstance(bolt, BoltPreload) and bolt.locked:
             units[k] = -bolt.force / L[k, k]
             bolts[name] = bolt.force, float(units[k])
-    scaled = {name: unit * r for unit, (name, r) in zip(units, bonded.items(), strict=True)}
-    return scaled, L * np.outer(units, units), bolts
+    bonded = dict(zip(loads, (R * units).T, strict=True))
+    return bonded, L * np.outer(units, units), bolts
 
 
 def cut_bodies(
@@ -230,8 +230,7 @@ def _axis(mesh: Mesh, across: Integers, where: str) -> Array:
 
 def _far_part(mesh: Mesh, facets: Integers, axis: Array, where: str) -> Booleans:
     """(elements,) whether an element lies beyond the section along the axis."""
-    inside = np.flatnonzero(mesh.f2t[1] >= 0)
-    part = parts_of(mesh.f2t[:, np.setdiff1d(inside, facets)], mesh.t.shape[1])
+    part = element_parts(mesh, facets)
     sides = mesh.f2t[:, facets]
     heights = axis @ mesh.p[:, mesh.t].mean(axis=1)
     ordered = np.take_along_axis(sides, np.argsort(heights[sides], axis=0), axis=0)

@@ -23,10 +23,9 @@ from ..base import (
     runs,
 )
 from ..contact import ContactSystem
-from ..contact.components import frames_of
 from ..errors import ModelError
 from .coincidence import coordinate_errors
-from .interface import Interface, guided_pairs, openings
+from .interface import interface_of, openings
 from .matrix_checks import (
     NumberedPoints,
     check_forgotten,
@@ -198,10 +197,11 @@ def condense(
     names = checked_contact("contact", contact, len(nodes)).tolist()
 
     errors = coordinate_errors(coordinates)
-    opening = openings(nodes, P)
     directions = checked_normals(normals, x.shape)
-    in_plane, candidates = guided_pairs(nodes, opening, rows, directions, coordinates, errors)
-    frames = frames_of(in_plane)
+    interface = interface_of(
+        nodes, openings(nodes, P), rows, directions, coordinates, errors, numbers
+    )
+    frames = interface.frames
     pair_errors = errors[nodes] + abs(P) @ errors
     initial_gap = checked_gap(gap, x, x - P @ coordinates, frames[:, -1], pair_errors)
     forces = _checked_forces(loads, held, K.shape[0])
@@ -210,7 +210,6 @@ def condense(
     widths: Any = width
     if d == 2 and width is None:
         widths = _half_widths(x, names)
-    interface = Interface(nodes, opening, frames, candidates, numbers)
 
     def name_of_node(node: int) -> str:
         return f"node {numbers[node]}"
@@ -218,12 +217,13 @@ def condense(
     glued = glued_bodies(K, rows, coordinates, interface, name_of_node, generalised_rows)
     check_forgotten(glued.graph, interface, rows, coordinates, numbers)
     check_sides(K, rows, glued.graph, interface, coordinates)
+    F = np.reshape([*forces.values()], (-1, K.shape[0])).T
     with progress_bar(progress, "condensation"):
-        stiffness, bonded, compliance = condensed(glued, forces)
+        stiffness, reactions, compliance = condensed(glued, F)
     return ContactSystem(
         **stiffness,
         points=x,
-        bonded=bonded,
+        bonded=dict(zip(forces, reactions.T, strict=True)),
         gap=initial_gap,
         frames=glued.interface.frames,
         contact=np.array(names),
@@ -257,20 +257,17 @@ def _half_widths(points: Array, names: Sequence[str]) -> Array | None:
     return width if width.min() > 0 else None
 
 
-def condensed(
-    glued: Glued, loads: Mapping[str, Array]
-) -> tuple[dict[str, Any], dict[str, Array], Array]:
-    """Stiffness "S" (k, k) of the relative motions, bonded reactions (k,) of each load, compliance.
+def condensed(glued: Glued, F: Array) -> tuple[dict[str, Any], Array, Array]:
+    """Stiffness "S" (k, k) of the relative motions, bonded reactions (k, loads), and compliance.
 
     The k relative motions are ordered direction by direction. The bonded reactions keep them at
-    zero. The compliance (loads, loads) is that of the glued bodies.
+    zero under loads F (size, loads). The compliance (loads, loads) is that of the glued bodies.
     """
     K = glued.K
     motions = glued.motions
     relative = checked_motions(glued)
 
     # Eliminate the inside of the bodies from the stiffness, with the loads as further columns.
-    F = np.reshape([*loads.values()], (-1, K.shape[0])).T
     T, front = fronts(glued)
     stiffness = csr_matrix(T.T @ K @ T)
     forces = csr_matrix(T.T @ F)
@@ -286,7 +283,7 @@ def condensed(
     motionless = np.asarray(abs(T).sum(axis=0)).ravel()[is_relative] == 0
     still = np.flatnonzero(motionless)
     S[still, still] = np.diag(S).sum() / max(k - len(still), 1)
-    return {"S": S}, dict(zip(loads, reactions.T, strict=True)), -schur[k:, k:]
+    return {"S": S}, reactions, -schur[k:, k:]
 
 
 def checked_motions(glued: Glued) -> Array:

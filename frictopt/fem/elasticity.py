@@ -318,17 +318,6 @@ def quadratic(mesh: Mesh) -> Mesh:
     )
 
 
-def through_corners(mesh: Mesh) -> Mesh:
-    """The linear mesh through the corner nodes; corner nodes and facets keep their numbers."""
-    return _LINEAR[type(mesh)](
-        np.ascontiguousarray(mesh.p[:, : mesh.nvertices]),
-        mesh.t,
-        mesh.boundaries,
-        mesh.subdomains,
-        sort_t=False,
-    )
-
-
 def nodes_from(mesh: Mesh, elements: Any, other: Mesh, of_other: Any) -> Integers:
     """For each node of another mesh, the node of a mesh at the same place of the same element.
 
@@ -385,6 +374,17 @@ def parts_of(links: Sequence[Integers] | Integers, size: int) -> Integers:
     return np.asarray(connected_components(graph, directed=False)[1])
 
 
+def element_parts(mesh: Mesh, cuts: ArrayLike = ()) -> Integers:
+    """(elements,) number of the part of each element; facets join parts, unless they are cuts."""
+    inside = np.setdiff1d(np.flatnonzero(mesh.f2t[1] >= 0), cuts)
+    return parts_of(mesh.f2t[:, inside], mesh.t.shape[1])
+
+
+def in_space(vectors: Array) -> Array:
+    """(..., 3) vectors in space from vectors (..., d); vectors of the plane get a zero."""
+    return vectors @ np.eye(vectors.shape[-1], 3)
+
+
 def midside_ties(mesh: Mesh, facets: Integers, argument: str) -> csr_matrix:
     """(nodes d, nodes d) matrix by which midside nodes on some facets follow their corners.
 
@@ -401,10 +401,9 @@ def midside_ties(mesh: Mesh, facets: Integers, argument: str) -> csr_matrix:
     """
     d = mesh.dim()
     node, ends, weights = _midside_nodes(mesh, facets)
-    to_space = (0, 3 - d)  # vectors of the plane get a zero
-    points = np.pad(mesh.p[:, ends].transpose(1, 2, 0), ((0, 0), (0, 0), to_space))
+    points = in_space(mesh.p[:, ends].transpose(1, 2, 0))
     middle = np.einsum("nc,ncd->nd", weights, points)
-    off = np.pad(mesh.p[:, node].T, ((0, 0), to_space)) - middle  # (n, 3), the vectors a
+    off = in_space(mesh.p[:, node].T) - middle  # (n, 3), the vectors a
     from_middle = np.linalg.norm(points - middle[:, None], axis=2)
     size = 2 * np.where(weights > 0, from_middle, 0.0).max(axis=1, initial=0.0)
     distance = np.linalg.norm(off, axis=1)

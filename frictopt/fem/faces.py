@@ -119,7 +119,7 @@ def neighbours(
         j = group[np.concatenate(hits).astype(np.intp)]
         near = np.linalg.norm(places[i] - centres[j], axis=1) <= reach[i] + radii[j]
         pairs.append((i[near], j[near]))
-    i, j = (np.concatenate(part) for part in zip(*pairs, strict=True))
+    i, j = np.hstack(pairs)
     return i, j
 
 
@@ -200,11 +200,9 @@ def mortar_projection(overlaps: Overlaps, nodes: Integers, count: int) -> tuple[
     duals = (integral @ phi)[:, :, None] * np.linalg.inv(gram)
     psi = np.einsum("mab,mb->ma", duals[overlaps.facet], phi)
 
-    row_of_node = np.zeros(int(nodes.max()) + 1, dtype=np.intp)
-    row_of_node[nodes] = np.arange(len(nodes))
     weighted_psi = _by_points(
-        overlaps.weights[:, None] * psi, row_of_node[overlaps.nodes_1], len(nodes)
-    )
+        overlaps.weights[:, None] * psi, overlaps.nodes_1, int(nodes.max()) + 1
+    )[:, nodes]
     D = np.asarray(weighted_psi.sum(axis=0)).ravel()
     M = weighted_psi.T @ _by_points(overlaps.chi, overlaps.nodes_2, count)
     P = csr_matrix(diags(1 / D) @ M)
@@ -340,11 +338,11 @@ def integration_points_of(parts: Array) -> tuple[Integers, Array, Array]:
 
 def hat_functions(parts: Array, points: Array) -> Array:
     """(m, corners) hat functions of the corners of parts, at one point (m, 1 or 2) in each."""
-    count = parts.shape[1]
     opposite = []
-    for corner in range(count):
-        corners = [points if c == corner else parts[:, c] for c in range(count)]
-        opposite.append(_sizes(np.stack(corners, axis=1)))
+    for corner in range(parts.shape[1]):
+        part = parts.copy()
+        part[:, corner] = points
+        opposite.append(_sizes(part))
     return np.asarray(np.column_stack(opposite) / np.sum(opposite, axis=0)[:, None])
 
 

@@ -346,13 +346,10 @@ class Recoverable:
             body = assembly.bodies[name]
             self._projections[name] = NodalFields(body, assembly.kinematics, seam)
         expansions = [
-            [
-                (amplitude, load)
-                for case, amplitude in amplitudes.items()
-                for load in self.loads[case]
-                if isinstance(load, Expansion) and load.body == name
-            ]
-            for amplitudes in loads
+            (load, np.array([amplitudes.get(case, 0.0) for amplitudes in loads]))
+            for case, parts in self.loads.items()
+            for load in parts
+            if isinstance(load, Expansion) and load.body == name
         ]
         fields: NodalFields = self._projections[name]
         return fields.of(u[assembly.rows[own]].transpose(1, 0, 2), expansions)

@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 from ..base import Array, Integers, shown
 from ..base.files import library
 from ..errors import ModelError
+from .elasticity import in_space
 from .mortar import faces_of
 from .recovery import BodyFields, Steady, in_meshio
 
@@ -56,7 +57,7 @@ def _contact_face(model: Any, fields: BodyFields | None, extra: Mapping[str, Arr
     faces, others = _faces(model)
     nodes = np.r_[pairs, others]
     cells = [(_CELLS[face.shape[1]], face) for face in faces]
-    mesh = library().Mesh(_in_space(points[nodes]), cells)
+    mesh = library().Mesh(in_space(points[nodes]), cells)
     mesh.cell_data["contact"] = [
         np.full(len(face), number, dtype=np.int32) for number, face in enumerate(faces)
     ]
@@ -65,9 +66,9 @@ def _contact_face(model: Any, fields: BodyFields | None, extra: Mapping[str, Arr
 
     frames = fields._frames
     of_pairs = {
-        "normal": _in_space(frames[:, -1]),
-        "slip": _in_space(_along_tangents(fields.slip.T, frames)),
-        "shear": _in_space(_along_tangents(fields.q.T / parts.width, frames)),
+        "normal": in_space(frames[:, -1]),
+        "slip": in_space(_along_tangents(fields.slip.T, frames)),
+        "shear": in_space(_along_tangents(fields.q.T / parts.width, frames)),
         "gap": fields.gap,
         "pressure": fields.p / parts.width,
         **extra,
@@ -79,7 +80,7 @@ def _contact_face(model: Any, fields: BodyFields | None, extra: Mapping[str, Arr
     pair_of_node = np.r_[np.arange(len(pairs)), nearest]
     mesh.point_data.update({name: values[pair_of_node] for name, values in of_pairs.items()})
     moved = np.concatenate([*fields.displacement.values()], axis=1).T
-    mesh.point_data["displacement"] = _in_space(moved[nodes])
+    mesh.point_data["displacement"] = in_space(moved[nodes])
     tips = len(pairs) + np.flatnonzero(distance > 2 * parts.errors.max())
     for name in ("slip", "gap"):
         mesh.point_data[name][tips] = 0.0
@@ -114,8 +115,3 @@ def _faces(model: Any) -> tuple[list[Integers], Integers]:
         np.where(face < count, face, count + np.searchsorted(others, face)) for face in faces
     ]
     return numbered, others - count
-
-
-def _in_space(vectors: Array) -> Array:
-    """(N, 3) vectors of space from vectors (N, d)."""
-    return np.pad(vectors, ((0, 0), (0, 3 - vectors.shape[1])))

@@ -45,7 +45,7 @@ class Interface:
         (N, d, d) orthonormal directions, `frames[i, r]` for pair i: tangents first, normal last.
     candidates
         (N, all nodes) the entries of M at the candidates: nodes that can be the dependent node of
-        their pair, see `guided_pairs`.
+        their pair, see `interface_of`.
     numbers
         (all nodes,) numbers of the nodes in error messages.
     """
@@ -213,19 +213,18 @@ def openings(nodes: Integers, projection: csr_matrix) -> csr_matrix:
     return opening
 
 
-def guided_pairs(
+def interface_of(
     nodes: Integers,
     opening: csr_matrix,
     unknowns: Integers,
     normals: Array,
     points: Array,
     errors: Array,
-) -> tuple[Array, csr_matrix]:
-    """Find the axes along which pairs cannot slip, and the nodes that can be dependent.
+    numbers: Integers,
+) -> Interface:
+    """The interface of pairs, some of which cannot slip along some axes.
 
-    The first result is the normals (N, d), of any length, without their parts along these axes. The
-    second result is the candidates (N, all nodes): the entries of M at nodes that can be the
-    dependent node of their pair.
+    The normals lose their parts along these axes.
 
     A pair cannot slip along an axis if supports hold all its nodes along that axis. A pair on a
     plane (or an axis) of symmetry cannot slip across it either, on two conditions. Supports hold
@@ -243,9 +242,10 @@ def guided_pairs(
     unknowns
         (all nodes, d) unknowns, negative if held.
     normals
-        (N, d) normals of the pairs.
-    points, errors
-        (all nodes, d) coordinates and their errors.
+        (N, d) normals of the pairs, of any length.
+    points, errors, numbers
+        (all nodes, d) coordinates and their errors, and (all nodes,) numbers of the nodes in error
+        messages.
     """
     links = opening.tocoo()  # one link for each node of a pair: `row` is the pair, `col` the node
     held = (unknowns < 0)[links.col]
@@ -280,4 +280,5 @@ def guided_pairs(
     held_against_slip = links.col[(held & slips).any(axis=1)]
     is_candidate = (held != slips).all(axis=1) & ~np.isin(links.col, held_against_slip)
     entries = (links.data[is_candidate], (links.row[is_candidate], links.col[is_candidate]))
-    return np.where(across, 0.0, normals), csr_matrix(entries, shape=opening.shape)
+    candidates = csr_matrix(entries, shape=opening.shape)
+    return Interface(nodes, opening, frames_of(np.where(across, 0.0, normals)), candidates, numbers)

@@ -1,7 +1,7 @@
 """Load cases of an assembled model: nodal forces, moved supports and interferences."""
 
 from collections.abc import Mapping, Sequence
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from .assembly import Assembly
 from .bodies import Body, on_axis
 from .bolts import BoltPreload
 from .contacts import Interference
-from .elasticity import Kinematics, boundary_forces, volume_forces
+from .elasticity import Kinematics
 from .loads import (
     BodyForce,
     Centrifugal,
@@ -20,7 +20,6 @@ from .loads import (
     NodalForces,
     Pressure,
     Traction,
-    components,
     values_at,
 )
 from .node_forces import PointForce, RemoteForce
@@ -177,11 +176,8 @@ def _check_felt(
     )
 
 
-_Sized: TypeAlias = Traction | Pressure | BodyForce | PointForce | RemoteForce
-
-
 def load_sizes(
-    loads: Mapping[str, Sequence[object]], bodies: Mapping[str, Body], kinematics: Kinematics
+    loads: Mapping[str, Sequence[Any]], bodies: Mapping[str, Body], kinematics: Kinematics
 ) -> dict[str, float]:
     """Load case name -> integral of the absolute values of its tractions and forces per volume.
 
@@ -190,25 +186,9 @@ def load_sizes(
     """
     sizes = {}
     for name, parts in loads.items():
-        forces = [part for part in parts if isinstance(part, _Sized)]
-        size = sum(_size(part, bodies[part.body], kinematics) for part in forces)
-        if len(forces) == len(parts) and size > 0:
+        if not all(hasattr(part, "_size") for part in parts):
+            continue
+        size = sum(part._size(bodies[part.body], kinematics) for part in parts)
+        if size > 0:
             sizes[name] = size
     return sizes
-
-
-def _size(part: _Sized, body: Body, kinematics: Kinematics) -> float:
-    if isinstance(part, PointForce | RemoteForce):
-        return part._size(body, kinematics)
-    if isinstance(part, BodyForce):
-
-        def in_volume(points: Array) -> Array:
-            return np.asarray(np.linalg.norm(components(part, points), axis=0)[None])
-
-        return float(volume_forces(body.mesh, in_volume, kinematics).sum())
-
-    def on_face(points: Array, normals: Array) -> Array:
-        return np.asarray(np.linalg.norm(part._on_face(points, normals), axis=0)[None])
-
-    facets = body.boundary(part.boundary, "loads")
-    return float(boundary_forces(body.mesh, facets, on_face, kinematics).sum())

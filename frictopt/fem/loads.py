@@ -28,13 +28,14 @@ from .supports import Place, axis_of, checked_axis, checked_place
 
 
 class Part:
-    """Base of loads, which checks that names are texts, and that amounts are numbers or functions.
+    """Base of loads, which checks their names, places, and amounts: numbers or functions.
 
-    A load with components x, y and z needs at least one component.
+    A load with components x, y and z needs at least one component, or a moment.
     """
 
     def __post_init__(self) -> None:
-        if all(getattr(self, axis, 0.0) is None for axis in "xyz"):
+        has_no_component = all(getattr(self, axis, 0.0) is None for axis in "xyz")
+        if has_no_component and getattr(self, "moment", None) is None:
             raise ModelError(
                 f"{type(self).__name__}: x, y and z are all missing; give at least one"
             )
@@ -42,15 +43,18 @@ class Part:
             value = getattr(self, name)
             if kind is str:
                 check_text(name, value, "a name of the model or its mesh")
+            elif kind == Place:
+                object.__setattr__(self, name, checked_place(value))
+            elif kind in (Amount, Amount | None) and callable(value):
+                if isinstance(value, type):
+                    raise ModelError(
+                        f"{name}: {shown(value)}; give a number or a function of x and y, and z in "
+                        "space"
+                    )
             elif kind is float or (
-                kind in (Amount, Amount | None) and value is not None and not callable(value)
+                kind in (float | None, Amount, Amount | None) and value is not None
             ):
                 object.__setattr__(self, name, finite_number(name, value))
-            elif isinstance(value, type):
-                raise ModelError(
-                    f"{name}: {shown(value)}; give a number or a function of x and y, and z in "
-                    "space"
-                )
 
 
 def components(load: Any, points: Array) -> Array:
@@ -95,8 +99,23 @@ class ForceLoad(Part):
                 object.__setattr__(self, axis, 0.0)
 
 
+class _OnFace(Part):
+    """Base of loads on a named boundary, with the traction `_on_face` at points and normals."""
+
+    def _forces(self: Any, body: Body, kinematics: Kinematics) -> Array:
+        facets = body.boundary(self.boundary, type(self).__name__.lower())
+        return boundary_forces(body.mesh, facets, self._on_face, kinematics)
+
+    def _size(self: Any, body: Body, kinematics: Kinematics) -> float:
+        def strength(points: Array, normals: Array) -> Array:
+            return np.asarray(np.linalg.norm(self._on_face(points, normals), axis=0)[None])
+
+        facets = body.boundary(self.boundary, "loads")
+        return float(boundary_forces(body.mesh, facets, strength, kinematics).sum())
+
+
 @dataclass(frozen=True)
-class Traction(ForceLoad):
+class Traction(_OnFace, ForceLoad):
     """Traction (x, y), in space (x, y, z), force per area, on a named boundary of one body.
 
     Each component is a number or a function of the coordinates (arrays), and zero by default.
@@ -121,16 +140,12 @@ class Traction(ForceLoad):
     y: Amount | None = None
     z: Amount | None = None
 
-    def _forces(self, body: Body, kinematics: Kinematics) -> Array:
-        facets = body.boundary(self.boundary, "traction")
-        return boundary_forces(body.mesh, facets, self._on_face, kinematics)
-
     def _on_face(self, points: Array, _normals: Array) -> Array:
         return components(self, points)
 
 
 @dataclass(frozen=True)
-class Pressure(Part):
+class Pressure(_OnFace):
     """Pressure on a named boundary of one body, against its outward normal, force per area.
 
     The amount is a number or a function of the coordinates (arrays).
@@ -151,10 +166,6 @@ class Pressure(Part):
     body: str
     boundary: str
     amount: Amount = 1.0
-
-    def _forces(self, body: Body, kinematics: Kinematics) -> Array:
-        facets = body.boundary(self.boundary, "pressure")
-        return boundary_forces(body.mesh, facets, self._on_face, kinematics)
 
     def _on_face(self, points: Array, normals: Array) -> Array:
         return -values_at("pressure", self.amount, points) * normals
@@ -186,6 +197,12 @@ class BodyForce(ForceLoad):
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
         return volume_forces(body.mesh, lambda points: components(self, points), kinematics)
+
+    def _size(self, body: Body, kinematics: Kinematics) -> float:
+        def strength(points: Array) -> Array:
+            return np.asarray(np.linalg.norm(components(self, points), axis=0)[None])
+
+        return float(volume_forces(body.mesh, strength, kinematics).sum())
 
 
 @dataclass(frozen=True)
@@ -344,7 +361,3 @@ class Displacement(Part):
     x: Amount | None = None
     y: Amount | None = None
     z: Amount | None = None
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "where", checked_place(self.where))

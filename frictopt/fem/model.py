@@ -278,16 +278,15 @@ class ContactModel(Recoverable, Shown, Plotted, Vibrating):
         force, moved, overlaps = self._cases
         net_force = force - assembly.whole @ moved
         R, D = assembly.release
-        loads = dict(zip(self.loads, (R.T @ net_force).T, strict=True))
         try:
-            bodies, bonded, compliance = reduced(glued, loads)
+            bodies, reactions, compliance = reduced(glued, R.T @ net_force)
         except ModelError as error:
             if cause := incompressible(self.bodies, assembly.kinematics):
                 raise ModelError(f"{cause}{error}") from error
             raise
         # The loads also do work on the motions of moved supports and of cut bolts.
         compliance += force.T @ moved + moved.T @ net_force + net_force.T @ (D @ net_force)
-        bonded, compliance, bolts = by_their_forces(self.loads, bonded, compliance)
+        bonded, compliance, bolts = by_their_forces(self.loads, reactions, compliance)
 
         system = kind(
             **bodies,

@@ -360,12 +360,11 @@ def _motions(
     compliance = compliances(*springs, parts.width, d - 1)
     compliance = np.where(np.tile(opened, d), np.inf, compliance)
     # Relative motions, in front -1, are free at open nodes and on springs, and zero elsewhere.
-    relative = front < 0
-    stiff = np.zeros(len(front))
     with_spring = compliance > 0
-    zeros = np.zeros(len(compliance))
-    stiff[relative] = np.divide(1.0, compliance, out=zeros, where=with_spring)
-    front[np.flatnonzero(relative)[with_spring]] = front.max() + 1
+    free = np.flatnonzero(front < 0)[with_spring]
+    stiff = np.zeros(len(front))
+    stiff[free] = 1 / compliance[with_spring]
+    front[free] = front.max() + 1
     moves = (front >= 0) & (np.diff(T.tocsc().indptr) > 0)
     bolts = tied_across(parts.rows, parts.cuts)
     return csr_matrix(parts.tied @ bolts @ T[:, moves]), front[moves], stiff[moves]

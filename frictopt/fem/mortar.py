@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from skfem import Mesh
 
-from ..base import COUNTS, ROUNDING, Array, Booleans, Integers, first_of, place
+from ..base import COUNTS, ROUNDING, Array, Booleans, Integers, choice, first_of, place
 from ..errors import ModelError
 from .bodies import Body
 from .coincidence import error_along, measured
@@ -160,10 +160,10 @@ def join_faces(
 
 
 def faces_of(part: Contact | Tie, bodies: Mapping[str, Body]) -> tuple[Face, Face]:
-    """The faces of a contact or tie of two bodies."""
+    """The faces of a contact or tie of two bodies, in facets through their corner nodes."""
 
     def face(name: str, boundary: str) -> Face:
-        body = bodies[name]
+        body = bodies[choice("contacts: body", name, bodies)]
         facets = body.boundary(boundary, f"{part.title}, body {name!r}")
         return Face(facets_around(body.mesh, facets), body.mesh.p.T, body.errors)
 
@@ -315,18 +315,16 @@ def check_touching(
     """
     no_nodes = np.zeros(0, int)
     for name_1, name_2 in combinations(bodies, 2):
-        meshes = bodies[name_1].mesh, bodies[name_2].mesh
-        errors = bodies[name_1].errors, bodies[name_2].errors
-        near = sum(float(error.max()) for error in errors)
+        both = bodies[name_1], bodies[name_2]
+        near = sum(float(body.errors.max()) for body in both)
         # The box that both bodies have in common.
-        low = np.max([mesh.p.min(axis=1) for mesh in meshes], axis=0) - near
-        high = np.min([mesh.p.max(axis=1) for mesh in meshes], axis=0) + near
+        low = np.max([body.mesh.p.min(axis=1) for body in both], axis=0) - near
+        high = np.min([body.mesh.p.max(axis=1) for body in both], axis=0) + near
         faces = []
-        for mesh, error, pair in zip(
-            meshes, errors, ((name_1, name_2), (name_2, name_1)), strict=True
-        ):
+        for body, pair in zip(both, ((name_1, name_2), (name_2, name_1)), strict=True):
             nodes = np.concatenate([*joined.get(pair, []), no_nodes])
-            faces.append(Face(_free_facets(mesh, nodes, low, high), mesh.p.T, error))
+            facets = _free_facets(body.mesh, nodes, low, high)
+            faces.append(Face(facets, body.mesh.p.T, body.errors))
         if not all(len(face.facets) for face in faces):
             continue
         middles = _touching(*faces)
@@ -370,4 +368,4 @@ def _touching(face_1: Face, face_2: Face) -> Array:
     sizes = _sums(overlaps, weights, face_1)
     touching = sizes > COUNTS * face_1.sizes
     moments = np.column_stack([_sums(overlaps, weights * x, face_1) for x in points_1.T])
-    return np.asarray(moments[touching] / sizes[touching, None])
+    return moments[touching] / sizes[touching, None]

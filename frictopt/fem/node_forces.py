@@ -13,7 +13,7 @@ from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Amount, Kinematics, node_areas
 from .loads import ForceLoad, components
-from .supports import Place, checked_place, checked_point, nodes_of
+from .supports import Place, checked_point, nodes_of
 
 # Smallest divisor of a vector that is scaled to length one, so that zero vectors stay zero.
 TINY = np.finfo(float).tiny
@@ -53,10 +53,6 @@ class PointForce(ForceLoad):
     x: Amount | None = None
     y: Amount | None = None
     z: Amount | None = None
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "where", checked_place(self.where))
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
         nodes = nodes_of(body, self.body, self.where)
@@ -118,14 +114,7 @@ class RemoteForce(ForceLoad):
     point: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        for axis in "xyz":
-            value = getattr(self, axis)
-            if value is not None:
-                object.__setattr__(self, axis, finite_number(axis, value))
-            elif self.moment is not None:
-                object.__setattr__(self, axis, 0.0)
         super().__post_init__()
-        object.__setattr__(self, "where", checked_place(self.where))
         check_reference(self)
         moment = self.moment
         if isinstance(moment, tuple | list):

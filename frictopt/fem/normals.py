@@ -103,8 +103,7 @@ def node_normals(face: Face, planes: Planes) -> Array:
     corrected = normals.copy()
 
     cosines = np.einsum("fcd,fd->fc", normals[facets], of_facets)
-    sharp = np.bincount(facets.ravel(), (cosines < SMOOTH).ravel(), minlength=len(points)) > 0
-    rim = np.flatnonzero(_rim(facets, len(points)) & ~sharp)
+    rim = np.setdiff1d(_rim(facets), facets[cosines < SMOOTH])
     if len(rim):
         corrected[rim] = _at_rim(rim, facets, points, corrected)
     if points.shape[1] == 3:
@@ -200,7 +199,7 @@ def _edges(facets: Integers) -> tuple[Integers, Integers]:
     """(edges, 2) sorted ends of the edges of facets in space, and the facet (edges,) of each."""
     ends = np.stack([facets, np.roll(facets, -1, axis=1)], axis=2)
     facet, side = np.nonzero(ends[:, :, 0] != ends[:, :, 1])
-    return np.asarray(np.sort(ends[facet, side], axis=1)), facet
+    return np.sort(ends[facet, side], axis=1), facet
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,7 +275,7 @@ def _surface_normals(
     surface = unit_vectors(surface)
     surface = surface * np.sign(np.sum(surface * normals, axis=1))[:, None]
     largest_lean = np.linalg.norm(surface - normals, axis=1).max(initial=0.0)
-    return np.asarray(surface) if largest_lean > _LEANS * error else None
+    return surface if largest_lean > _LEANS * error else None
 
 
 def _count_generators(outward: Array, axis: Array, basis: Array) -> int:
@@ -289,31 +288,22 @@ def _count_generators(outward: Array, axis: Array, basis: Array) -> int:
     return len(np.unique(np.round((angle - angle.min()) / same)))
 
 
-def _rim(facets: Integers, count: int) -> Booleans:
-    """(count,) nodes at the free ends of a chain of edges, or on the rim of a face in space."""
-    if facets.shape[1] == 2:
-        return np.asarray(np.bincount(facets.ravel(), minlength=count) == 1)
-    edges, uses = np.unique(_edges(facets)[0], axis=0, return_counts=True)
-    return np.isin(np.arange(count), edges[uses == 1])
+def _rim(facets: Integers) -> Integers:
+    """Nodes at the free ends of a chain of edges, or on the rim of a face in space."""
+    ends = facets.reshape(-1, 1) if facets.shape[1] == 2 else _edges(facets)[0]
+    ends, uses = np.unique(ends, axis=0, return_counts=True)
+    return np.asarray(ends[uses == 1]).ravel()
 
 
-@dataclass(frozen=True, eq=False)
 class _HalfEdges:
     """The edges of facets in both directions, sorted by their tails."""
 
-    tail: Integers
-    head: Integers
-    vector: Array
-    length: Array
-    direction: Array
-
-    @classmethod
-    def from_facets(cls, facets: Integers, points: Array) -> _HalfEdges:
+    def __init__(self, facets: Integers, points: Array) -> None:
         edges = _edges(facets)[0]
-        tail, head = np.unique(np.concatenate([edges, edges[:, ::-1]]), axis=0).T
-        vector = points[head] - points[tail]
-        length = np.linalg.norm(vector, axis=1)
-        return cls(tail, head, vector, length, vector / length[:, None])
+        self.tail, self.head = np.unique(np.concatenate([edges, edges[:, ::-1]]), axis=0).T
+        self.vector = points[self.head] - points[self.tail]
+        self.length = np.linalg.norm(self.vector, axis=1)
+        self.direction = self.vector / self.length[:, None]
 
     def onward(
         self, nodes: Integers, direction: Array, least_cosine: float
@@ -348,7 +338,7 @@ def _at_rim(nodes: Integers, facets: Integers, points: Array, normals: Array) ->
 
     `normals` (nodes, d) are the unit normals of all nodes.
     """
-    edges = _HalfEdges.from_facets(facets, points)
+    edges = _HalfEdges(facets, points)
     first = np.flatnonzero(np.isin(edges.tail, nodes))  # all edges from these nodes
     node = np.searchsorted(nodes, edges.tail[first])  # index of their node
     neighbour = edges.head[first]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -26,16 +25,13 @@ _AT_ONCE = 128
 _EXACT, _STEPS = 1e-13, 50
 
 
-def products_of(
-    glued: Glued, loads: Mapping[str, Array]
-) -> tuple[dict[str, Any], dict[str, Array], Array]:
-    """Arguments of `ContactProducts`, bonded reactions (k,) of each load, and compliance.
+def products_of(glued: Glued, F: Array) -> tuple[dict[str, Any], Array, Array]:
+    """Arguments of `ContactProducts`, bonded reactions (k, loads), and compliance.
 
     See `condensed`. The bonded bodies are factorised separately, and this factorisation is not
     kept.
     """
     relative = checked_motions(glued)
-    F = np.reshape([*loads.values()], (-1, glued.K.shape[0])).T
     u, reactions = Recovery(glued).displacements(F, np.zeros((len(relative), F.shape[1])))
     bodies = SlidingBodies(glued, relative)
     n, size = bodies.K_w.shape[0], bodies.slides.shape[0]
@@ -45,7 +41,7 @@ def products_of(
         "rough": bodies.rough(),
         "slides": bodies.slides,
     }
-    return parts, dict(zip(loads, reactions.T, strict=True)), F.T @ u
+    return parts, reactions, F.T @ u
 
 
 class SlidingBodies:

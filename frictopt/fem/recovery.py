@@ -33,6 +33,7 @@ from .elasticity import (
     basis_of,
     element_means,
     functions_at,
+    in_space,
 )
 from .loads import Expansion
 from .rigid import Glued
@@ -185,8 +186,7 @@ class BodyFields(Shown, Plotted):
     def _in_meshio(self, body: str) -> Any:
         """The mesh of one body with its fields, as a mesh of meshio in space."""
         mesh = in_meshio(self.bodies[body].mesh)
-        d = len(self.displacement[body])
-        data = {"displacement": np.pad(self.displacement[body].T, ((0, 0), (0, 3 - d)))}
+        data = {"displacement": in_space(self.displacement[body].T)}
         for name, field in (("stress", self.stress[body]), ("strain", self.strain[body])):
             data[name] = np.pad(field, ((0, 6 - len(field)), (0, 0)))[_VTK].T
         mesh.point_data.update(data, von_mises=von_mises(self.stress[body]))
@@ -223,10 +223,9 @@ def in_meshio(mesh: Any) -> Any:
     # Imported here, because it imports meshio.
     from skfem.io.meshio import to_meshio
 
-    d = mesh.dim()
     points = mesh.p.T
     whole = to_meshio(mesh, encode_cell_data=False)
-    whole.points = np.pad(points, ((0, 0), (0, 3 - d)))
+    whole.points = in_space(points)
     cells = whole.cells[0].data
     arms = _ARMS[whole.cells[0].type.rstrip("0123456789")]
     left_handed = np.linalg.det(points[cells[:, arms]] - points[cells[:, :1]]) < 0
@@ -234,7 +233,7 @@ def in_meshio(mesh: Any) -> Any:
     order = (cells[0][:, None] == mesh.dofs.element_dofs[:, 0]).argmax(axis=1)
     places = mesh.elem().doflocs[order]
     # With x and y exchanged, the element has the same nodes in another order.
-    mirrored = places[:, [1, 0, 2][:d]]
+    mirrored = places[:, [1, 0, 2][: mesh.dim()]]
     exchanged = np.linalg.norm(mirrored[:, None] - places, axis=2).argmin(axis=1)
     cells[left_handed] = cells[left_handed][:, exchanged]
     return whole
@@ -264,7 +263,7 @@ class Recovery:
         # The second pass removes the rounding of the first.
         for _ in range(2):
             u += self._T @ schur.solve(self._factors, self._T.T @ (force - self._K @ u))
-        return u, np.asarray(self._drive.T @ (self._K @ u - force))
+        return u, self._drive.T @ (self._K @ u - force)
 
 
 class NodalFields:
@@ -303,13 +302,10 @@ class NodalFields:
             x = np.asarray(basis.global_coordinates())[0]
             self._hoop = moments(functions / x[:, None])
 
-    def of(
-        self, u: Array, expansions: Sequence[Sequence[tuple[float, Expansion]]]
-    ) -> tuple[Array, Array]:
+    def of(self, u: Array, expansions: Sequence[tuple[Expansion, Array]]) -> tuple[Array, Array]:
         """(components, nodes, n) strain and stress under n displacements u (d, nodes, n).
 
-        For each of the n displacements, `expansions` lists the expansions of this body, each with
-        its amplitude.
+        The expansions of this body are given with their (n,) amplitudes.
         """
         d = len(u)
         lam, mu = self._body.material._plane_lame(self._kind)
@@ -322,12 +318,11 @@ class NodalFields:
             volume = volume + strain[2, 2]
         free = np.zeros(u.shape[1:])
         tension = lam * volume
-        for column, parts in enumerate(expansions):
-            for amplitude, part in parts:
-                taken = part._tension(self._body, self._kind, self._basis)
-                tension[:, column] -= amplitude * MOMENTS.assemble(self._basis, amount=taken)
-                expansion = MOMENTS.assemble(self._basis, amount=part._strain(self._basis))
-                free[:, column] += amplitude * expansion
+        for part, amplitudes in expansions:
+            taken = part._tension(self._body, self._kind, self._basis)
+            tension -= np.outer(MOMENTS.assemble(self._basis, amount=taken), amplitudes)
+            expansion = MOMENTS.assemble(self._basis, amount=part._strain(self._basis))
+            free += np.outer(expansion, amplitudes)
         stress = 2 * mu * strain + tension * np.eye(3)[:, :, None, None]
         if self._kind == "plane_stress":
             material = self._body.material
@@ -338,13 +333,12 @@ class NodalFields:
     def _nodal(self, moments: Array, d: int) -> Array:
         """(components, nodes, n) nodal values of a tensor from its moments (3, 3, nodes, n)."""
         components = _COMPONENTS[: 4 if d == 2 else 6]
-        entries = [3 * "xyz".index(pair[0]) + "xyz".index(pair[1]) for pair in components]
-        rows = moments.reshape(9, *moments.shape[2:])[entries]
+        i, j = np.transpose([["xyz".index(axis) for axis in pair] for pair in components])
         if self._seam is None:
-            return np.array([self._solve(row) for row in rows])
+            return np.array([self._solve(row) for row in moments[i, j]])
         columns = [
-            on_seam(self._mass, [*rows[..., column]], entries, self._seam)
-            for column in range(rows.shape[2])
+            on_seam(self._mass, moments[..., column], self._seam)[i, j]
+            for column in range(moments.shape[3])
         ]
         return np.stack(columns, axis=2)
 

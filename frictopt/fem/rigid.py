@@ -160,7 +160,7 @@ def _without_force(rigid: Array, resistance: Array) -> Array:
     real = sizes > SAME_POINT * sizes[0]
     to_unit = mixed[real].T / sizes[real]
     free = null_space(resistance.reshape(-1, rigid.shape[2]) @ to_unit, FREE_MOTION)
-    return np.asarray(shapes @ (turned[:, real] @ free))
+    return shapes @ (turned[:, real] @ free)
 
 
 def _followed(K: csr_matrix, generalised: Integers, u: Array) -> Array:
@@ -227,7 +227,7 @@ def balanced(
             "stiffnesses, lengths or sizes of elements differ too much"
         )
     S = S - rigid @ (rigid.T @ S)
-    return np.asarray(S - (S @ rigid) @ rigid.T), np.asarray(R - rigid @ excess)
+    return S - (S @ rigid) @ rigid.T, R - rigid @ excess
 
 
 def _in_words(motions: csr_matrix, unknowns: Integers, points: Array) -> str:

@@ -25,7 +25,7 @@ from ..base import (
 )
 from ..errors import ModelError
 from .bodies import Body, check_names, numbered_nodes
-from .elasticity import Kinematics, facet_nodes
+from .elasticity import Kinematics, facet_nodes, in_space
 from .faces import Face, facets_around
 from .interface import ASKEW, blocks_of
 from .supports import Seam, axis_of, checked_axis
@@ -90,8 +90,7 @@ class Sector:
             return dict(bodies)
         centre = self._centre
         points = np.concatenate([body.mesh.p.T for body in bodies.values()])
-        copied = np.flatnonzero(self.copies >= 0)
-        points[copied] = points[self.copies[copied]] @ self.turn.T + self.shift
+        points[self.nodes] = points[self.copies[self.nodes]] @ self.turn.T + self.shift
         heights = (points[self.fixed] - centre) @ self.along
         points[self.fixed] = centre + np.multiply.outer(heights, self.along)
         own_nodes = numbered_nodes(bodies)
@@ -217,7 +216,7 @@ class Sector:
         turned = csr_matrix((links.data, (links.row, columns)), shape=projection.shape)
         follows = np.isin(links.col, self.nodes)
         unmatched = np.bincount(links.row, follows, minlength=len(nodes)) > 0
-        unmatched |= np.isin(nodes, copies[copies >= 0]) & ~np.isin(np.arange(len(nodes)), low)
+        unmatched |= np.isin(nodes, copies[self.nodes]) & ~np.isin(np.arange(len(nodes)), low)
         unmatched[high] = (low < 0) | (
             np.asarray(abs(turned[high] - projection[low]).sum(axis=1)).ravel() > COUNTS
         )
@@ -233,20 +232,13 @@ class Sector:
         return (copied, copies[copied] - nodes[0], self.turn) if len(copied) else None
 
 
-def on_seam(
-    mass: csr_matrix, moments: Sequence[Array], entries: Sequence[int], seam: Seam
-) -> list[Array]:
-    """Nodal components of a symmetric tensor, from its moments with the functions of the nodes.
+def on_seam(mass: csr_matrix, moments: Array, seam: Seam) -> Array:
+    """Nodal values (3, 3, nodes) of a symmetric tensor, from its moments with the functions there.
 
-    At nodes that copy others, the components are turned. `entries` are the numbers of the
-    components in a matrix of three rows.
+    At nodes that copy others, the tensor is turned.
     """
     high, low, turn = seam
-    a, b = np.divmod(entries, 3)
     n = mass.shape[0]
-    whole = np.zeros((n, 3, 3))
-    whole[:, a, b] = np.transpose(moments)
-    whole[:, b, a] = np.transpose(moments)
     Q = np.eye(3)
     Q[: len(turn), : len(turn)] = turn
     # The matrix that gives the values of all nodes from the values of the original nodes.
@@ -260,9 +252,8 @@ def on_seam(
     of_leads = spread.T @ kron(mass, identity(9)) @ spread
     # A mass is well conditioned, so conjugate gradients take few steps.
     scaled = diags(1 / of_leads.diagonal())
-    values = spread @ cg(of_leads, spread.T @ whole.ravel(), rtol=ROUNDING, M=scaled)[0]
-    tensors = values.reshape(whole.shape)
-    return [tensors[:, i, j] for i, j in zip(a, b, strict=True)]
+    values = spread @ cg(of_leads, spread.T @ moments.T.ravel(), rtol=ROUNDING, M=scaled)[0]
+    return np.asarray(values).reshape(n, 3, 3).T
 
 
 @dataclass(frozen=True)
@@ -430,7 +421,7 @@ def _sector(body: Body, cut: Cyclic) -> Sector:
     # At face `low`, the body must lie in the direction of the turn.
     x = mesh.p.T
     middles = x[mesh.facets[:, low]].mean(axis=0)
-    onward = np.cross(along, np.pad(middles - centre, ((0, 0), (0, 3 - d))))[:, :d]
+    onward = np.cross(along, in_space(middles - centre))[:, :d]
     if count > 2 and (onward * (x[mesh.t[:, mesh.f2t[0, low]]].mean(axis=0) - middles)).sum() < 0:
         raise ModelError(
             f"supports: body {cut.body!r} goes the long way round from {cut.low!r} to "
@@ -444,7 +435,7 @@ def _sector(body: Body, cut: Cyclic) -> Sector:
     fixed = np.intersect1d(nodes, others)
     errors = body.errors + cut.tolerance / 2
     turned = errors @ np.abs(turn)
-    off, nearest = (np.asarray(found) for found in cKDTree(x[others]).query(back[nodes]))
+    off, nearest = cKDTree(x[others]).query(back[nodes])
     if len(nodes) != len(others):
         off = np.maximum(off, cKDTree(back[nodes]).query(x[others])[0].max())
     allowed = np.linalg.norm(turned[nodes] + errors[others[nearest]], axis=1)
