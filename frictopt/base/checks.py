@@ -196,8 +196,9 @@ def finite_number(
     least: float = -np.inf,
     above: float = -np.inf,
     below: float = np.inf,
+    most: float = np.inf,
 ) -> float:
-    """Check one real finite number with `value >= least`, `value > above` and `value < below`."""
+    """Check one real finite number with `least <= value <= most` and `above < value < below`."""
     scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
     is_real = isinstance(scalar, Real) and not isinstance(scalar, bool | np.timedelta64)
     try:
@@ -205,8 +206,8 @@ def finite_number(
     except OverflowError:  # an integer of hundreds of digits
         number = np.inf
         is_real = False
-    if not (abs(number) <= _LARGEST and number >= least and number > above and number < below):
-        ends = {"at least": least, "above": above, "below": below}
+    if not (abs(number) <= _LARGEST and least <= number <= most and above < number < below):
+        ends = {"at least": least, "above": above, "below": below, "at most": most}
         bounds = [f"{words} {end:g}" for words, end in ends.items() if np.isfinite(end)]
         conditions = ["finite", *bounds]
         got = repr(number) if is_real else f"{shown(value)} is not one real number"
@@ -329,19 +330,19 @@ def checked_loads(name: str, loads: object) -> Mapping[str, float]:
     )
 
 
-def checked_contact(argument: str, contact: object, n: int) -> Names:
+def checked_contact(contact: object, n: int) -> Names:
     """Check the name of the contact of each of n nodes; nodes of one contact must be adjacent."""
-    names = listed(argument, by_labels(argument, contact))
+    names = listed("contact", by_labels("contact", contact))
     if len(names) != n:
         raise ModelError(
-            f"{argument}: {number_of(len(names), 'name')} for {number_of(n, 'node')}; give the "
+            f"contact: {number_of(len(names), 'name')} for {number_of(n, 'node')}; give the "
             "name of the contact of each node"
         )
     for i, name in enumerate(names):
-        check_text(f"{argument} of node {i}", name, "a printable text")
+        check_text(f"contact of node {i}", name, "a printable text")
         if i and name != names[i - 1] and name in names[:i]:
             raise ModelError(
-                f"{argument}: {shown(name)} begins again at node {i}; "
+                f"contact: {shown(name)} begins again at node {i}; "
                 "order the nodes contact after contact"
             )
     copy = np.array(names, dtype=np.str_)

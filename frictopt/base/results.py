@@ -248,7 +248,7 @@ class SolveRecord:
 
 def worst(violations: Iterable[float]) -> float:
     """The largest of some violations; inf if one of them is not a number."""
-    return float(np.nan_to_num(np.max([*violations]), nan=np.inf))
+    return float(np.nan_to_num(np.max([*violations]), nan=np.inf, posinf=np.inf))
 
 
 class Recorded(Kept):

@@ -37,7 +37,6 @@ from .state import ContactState
 from .stress_map import StressMap
 from .system import (
     ContactSystem,
-    checked_plane,
     checked_round,
     checked_system,
     checked_width,

@@ -11,6 +11,14 @@ from .law import lengths
 from .system import ContactSystem
 
 
+def nodes_of_contacts(system: ContactSystem) -> dict[str, Booleans]:
+    """Contact -> which nodes (N,) belong to it; "the contact" if the system has no names."""
+    if system.contact is None:
+        return {"the contact": np.ones(system.nodes, dtype=bool)}
+    names = system.contact
+    return {name: names == name for name in dict.fromkeys(names.tolist())}
+
+
 def names_of_several(system: ContactSystem) -> Names | None:
     """(N,) names of the contacts; None if there is one contact alone."""
     names = system.contact
@@ -62,9 +70,6 @@ def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: 
 
     Forces that are only rounding errors of forces of the size `force` are shown as zero.
     """
-    names = np.array(["the contact"] * system.nodes)
-    if system.contact is not None:
-        names = np.array([f"contact {str(name)!r}" for name in system.contact])
     shear = (q * system.stretch).reshape(len(p), -1)
     rounding = CONDENSATION * force
 
@@ -74,8 +79,8 @@ def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: 
         return resultant if abs(resultant) > rounding else 0.0
 
     texts = []
-    for name in dict.fromkeys(names.tolist()):
-        nodes = names == name
+    for contact, nodes in nodes_of_contacts(system).items():
+        name = contact if system.contact is None else f"contact {contact!r}"
         pressed = int((p[nodes] > rounding).sum())
         shears = [total(component) for component in shear[nodes].T]
         of_all = number_of(int(nodes.sum()), "node")

@@ -139,14 +139,12 @@ def checked_pair(argument: str, reactions: Any, n: int, tangents: int) -> tuple[
     return finite_array(f"{argument} q", q, shape), finite_array(f"{argument} p", p, (n,))
 
 
-def checked_bolts(
-    argument: str, bolts: object, cases: Mapping[str, object]
-) -> Mapping[str, tuple[float, float]]:
+def checked_bolts(bolts: object, cases: Mapping[str, object]) -> Mapping[str, tuple[float, float]]:
     """Check locked bolts, load case name -> (force, shortening), and return them read-only."""
     checked = {}
-    for case, pair in checked_cases(argument, bolts, "(force, shortening)").items():
-        choice(f"{argument}: load case", case, cases)
-        name = f"{argument}[{case!r}]"
+    for case, pair in checked_cases("bolts", bolts, "(force, shortening)").items():
+        choice("bolts: load case", case, cases)
+        name = f"bolts[{case!r}]"
         values = finite_array(name, pair, (2,))
         check_entries(name, values, values > 0, "give a force and a shortening above 0", "index")
         force, shortening = values.tolist()
@@ -154,10 +152,10 @@ def checked_bolts(
     return MappingProxyType(checked)
 
 
-def checked_sizes(argument: str, sizes: object, cases: Mapping[str, object]) -> Mapping[str, float]:
+def checked_sizes(sizes: object, cases: Mapping[str, object]) -> Mapping[str, float]:
     """Check sizes of load cases, name -> number > 0, and return them read-only."""
     checked = {}
-    for case, size in checked_cases(argument, sizes, "size of its forces").items():
-        choice(f"{argument}: load case", case, cases)
-        checked[case] = finite_number(f"{argument}[{case!r}]", size, above=0.0)
+    for case, size in checked_cases("load_size", sizes, "size of its forces").items():
+        choice("load_size: load case", case, cases)
+        checked[case] = finite_number(f"load_size[{case!r}]", size, above=0.0)
     return MappingProxyType(checked)

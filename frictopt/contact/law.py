@@ -46,10 +46,6 @@ class BoundTerm:
     symbol: str = ""
     which: str = ""
 
-    def bound(self, p: Array, force: float = 1.0) -> Array:
-        """(..., N) bound under normal forces p (..., N), both in units of `force`."""
-        return self.slope * p + self.constant / force
-
     @property
     def nodes(self) -> Integers:
         """Numbers of the nodes that have this term."""
@@ -76,12 +72,10 @@ class ContactLaw:
 
     terms: tuple[BoundTerm, ...]
 
-    def bound(self, p: Array, force: float = 1.0) -> Array:
-        """(..., N) largest shear force under normal forces p (..., N), both in units of `force`."""
-        smallest = self.terms[0].bound(p, force)
-        for term in self.terms[1:]:
-            smallest = np.minimum(smallest, term.bound(p, force))
-        return smallest
+    def bound(self, p: Array) -> Array:
+        """(..., N) largest shear force under normal forces p (..., N)."""
+        terms = self.slopes * p[..., None, :] + self.constants
+        return np.asarray(terms.min(axis=-2))
 
     @property
     def slopes(self) -> Array:

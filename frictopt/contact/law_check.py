@@ -222,7 +222,7 @@ def off_law(
         contact = np.maximum(np.maximum(-p, -w), np.minimum(p, w))
 
         size = np.linalg.norm(q, axis=1)
-        bound = law.bound(p, force)
+        bound = law.bound(force * p) / force
         over = size - bound
 
         # A slip that is only rounding beside the motions of its state counts as zero.

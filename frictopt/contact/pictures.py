@@ -26,7 +26,7 @@ from ..plots.style import (
     unit,
 )
 from .components import frames_of
-from .diagnosis import in_contact
+from .diagnosis import in_contact, nodes_of_contacts
 from .law import lengths, most_shear
 from .system import ContactSystem
 
@@ -50,8 +50,8 @@ def faces_of(system: ContactSystem) -> list[Face]:
     if system.contact is not None and len(set(system.contact)) > 1:
         in_plane = np.ptp(system.frames, axis=0).max() <= _ROUNDING
         if not in_plane or _seen_along_normal(system, "", every_node) is None:
-            names = dict.fromkeys(system.contact.tolist())
-            groups = {name: np.flatnonzero(system.contact == name) for name in names}
+            masks = nodes_of_contacts(system)
+            groups = {name: np.flatnonzero(nodes) for name, nodes in masks.items()}
     faces = [_seen_along_normal(system, name, nodes) for name, nodes in groups.items()]
     flat = [face for face in faces if face is not None]
     if len(flat) == len(faces):

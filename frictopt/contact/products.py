@@ -100,10 +100,13 @@ class ContactProducts(ContactSystem):
         rough = self.pressing if self.rough is None else self.rough
         slides = np.zeros((size, 0)) if self.slides is None else self.slides
         slides = np.linalg.qr(finite_array("slides", slides, (size, None)))[0]
-        shapes = {"pressing": (n, size), "rough": (n, size), "slipping": (size, size)}
-        operators = {"pressing": self.pressing, "rough": rough, "slipping": self.slipping}
-        for name, shape in shapes.items():
-            given = getattr(operators[name], "shape", None)
+        operators = {
+            "pressing": (self.pressing, (n, size)),
+            "rough": (rough, (n, size)),
+            "slipping": (self.slipping, (size, size)),
+        }
+        for name, (operator, shape) in operators.items():
+            given = getattr(operator, "shape", None)
             if given != shape:
                 raise ModelError(f"{name}: shape {given}; give a linear operator of shape {shape}")
         random = np.random.default_rng(0)

@@ -104,22 +104,22 @@ class ContactState(Kept):
         return {"nodes": len(self.slip), "open": int(self.open.sum()), "next_corner": corner}
 
 
-def checked_state(name: str, state: object, system: ContactSystem, corners: int) -> ContactState:
+def checked_state(state: object, system: ContactSystem, corners: int) -> ContactState:
     """Check that `state` is a state of a contact under a load cycle with so many corners."""
     if not isinstance(state, ContactState):
         raise ModelError(
-            f"{name}: a {type(state).__name__}; give a ContactState, as `.state` of a steady state "
-            "or `.state_at(...)` of a trajectory"
+            f"initial_state: a {type(state).__name__}; give a ContactState, as `.state` of a "
+            "steady state or `.state_at(...)` of a trajectory"
         )
     if state.slip.shape != system.slip_shape:
         raise ModelError(
-            f"{name}: its slip has the shape {state.slip.shape}, a slip of the contact "
+            f"initial_state: its slip has the shape {state.slip.shape}, a slip of the contact "
             f"{system.slip_shape}; give a state of this contact"
         )
     if state.next_corner >= corners:
         loads = "" if state.next_loads is None else f" ({state.next_loads})"
         raise ModelError(
-            f"{name}: its next corner is {state.next_corner}{loads}, the load cycle has the "
+            f"initial_state: its next corner is {state.next_corner}{loads}, the load cycle has the "
             f"corners 0 to {corners - 1}"
         )
     return state

@@ -34,8 +34,8 @@ def symmetrised(name: str, matrix: Array) -> Array:
     return mean
 
 
-def check_semi_definite(name: str, S: Array) -> None:
-    """Check that S has no negative eigenvalue beyond rounding; error messages call it `name`.
+def check_semi_definite(S: Array) -> None:
+    """Check that S has no negative eigenvalue beyond rounding.
 
     A Cholesky factorisation of the slightly shifted matrix decides at a tenth of the cost of the
     eigenvalues. Only the part of each column below the diagonal is kept, as whole copies of S would
@@ -63,7 +63,7 @@ def check_semi_definite(name: str, S: Array) -> None:
     except np.linalg.LinAlgError:
         lowest = np.linalg.eigvalsh(S / scale)[0]
         raise ModelError(
-            f"{name} has the negative eigenvalue {lowest * scale:g} (largest entry {scale:g}); an "
+            f"S has the negative eigenvalue {lowest * scale:g} (largest entry {scale:g}); an "
             "elastic interface stores energy, so S must be positive semi-definite: check signs, "
             "the order of the nodes, and that it was computed with 16 digits (float32 has 7)"
         ) from None

@@ -211,8 +211,8 @@ class ContactSystem(Shown, Plotted):
             tangents=tangents,
             slip_shape=slip_shape,
             frames=checked_frames(self.frames, n, axes),
-            bolts=checked_bolts("bolts", self.bolts, bonded),
-            load_size=checked_sizes("load_size", self.load_size, bonded),
+            bolts=checked_bolts(self.bolts, bonded),
+            load_size=checked_sizes(self.load_size, bonded),
             shear_strength=checked_strength("shear_strength", self.shear_strength, n),
             stretch=checked_stretch(self.stretch, slip_shape),
             units=checked_units(self.units),
@@ -228,7 +228,7 @@ class ContactSystem(Shown, Plotted):
         """Check S of n nodes, and keep what follows from it."""
         axes = tangents + 1
         S = symmetrised("S", finite_array("S", self.S, (axes * n, axes * n)))
-        check_semi_definite("S", S)
+        check_semi_definite(S)
         scale = float(np.trace(S) / len(S)) or 1.0
         own_stiffness = _own_stiffness(S, axes, scale)
         vars(self).update(S=S, stiffness_scale=scale, own_stiffness=own_stiffness)
@@ -237,7 +237,7 @@ class ContactSystem(Shown, Plotted):
         """Check the parts that may be None."""
         n = self.nodes
         if self.contact is not None:
-            vars(self).update(contact=checked_contact("contact", self.contact, n))
+            vars(self).update(contact=checked_contact(self.contact, n))
         if self.thickness is not None:
             vars(self).update(thickness=finite_number("thickness", self.thickness, above=0.0))
         if self.deck_node is not None:
@@ -797,15 +797,5 @@ def checked_round(system: object, remedy: str) -> ContactSystem:
     if checked.orthotropic:
         raise ModelError(
             f"system: its friction is orthotropic, so its second tangent is stretched; {remedy}"
-        )
-    return checked
-
-
-def checked_plane(system: object, instead: str) -> ContactSystem:
-    """Check that `system` is a contact in the plane; `instead` names the question for space."""
-    checked = checked_system(system)
-    if checked.tangents != 1:
-        raise ModelError(
-            f"system: a contact in space; this is answered for contacts in the plane; {instead}"
         )
     return checked

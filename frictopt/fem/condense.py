@@ -194,7 +194,7 @@ def condense(
     nodes, P = checked_pairs(pairs, projection, rows, coordinates, numbers)
     x = coordinates[nodes]
     contact = ["contact"] * len(nodes) if contact is None else contact
-    names = checked_contact("contact", contact, len(nodes)).tolist()
+    names = checked_contact(contact, len(nodes)).tolist()
 
     errors = coordinate_errors(coordinates)
     directions = checked_normals(normals, x.shape)

@@ -19,6 +19,7 @@ import pandas as pd
 from ..base import CONDENSATION, ROUNDING, Array, Booleans, progress_bar
 from ..contact import ContactState, ContactSystem, LoadCycle, joined, reactions
 from ..contact.components import null_space
+from ..contact.diagnosis import nodes_of_contacts
 from ..errors import NoContinuation, SolverError
 from ..limits import GrossSlip, gross_slip
 from ..limits.balance.statics import (
@@ -29,7 +30,7 @@ from ..limits.balance.statics import (
 )
 from ..limits.program.question import outer_corners
 from ..transients import SteadyState, steady_state
-from ..transients.fretting import nodes_of_contacts, rows_of_corners
+from ..transients.fretting import rows_of_corners
 from ..transients.march import mean_state, path_of
 from ..transients.steady import settled_from
 from .scatter import NOMINAL, Corner, Scatter

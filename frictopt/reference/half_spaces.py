@@ -12,7 +12,6 @@ import numpy as np
 
 from ..base import Array, finite_number, whole_number
 from ..errors import ModelError
-from .hertz import poisson_ratio
 
 
 def half_plane_influence(nodes: int, E_star: float) -> Array:
@@ -133,29 +132,8 @@ def half_plane_contact(
     beta = finite_number("beta", beta, above=-0.5, below=0.5)
     x: Array = half_length / nodes * np.arange(1.0 - nodes, nodes, 2.0)
     gap = curvature * x**2 / 2
-    if beta:
-        return {**_of_two_materials(G, beta / E_star), "x": x, "gap": gap}
-    inverse = np.linalg.inv(G)
-    inverse = (inverse + inverse.T) / 2
-    share = inverse.sum(axis=1) / inverse.sum()
-    A = inverse - inverse.sum() * np.outer(share, share)
-    zero = np.zeros(nodes)
-    return dict(
-        A=A,
-        B=np.zeros_like(A),
-        C=A.copy(),
-        x=x,
-        bonded={"P": (zero, share), "Q": (share, zero)},
-        gap=gap,
-    )
-
-
-def _of_two_materials(G: Array, coupling: float) -> dict[str, Any]:
-    """Stiffness and bonded reactions of `half_plane_contact`, if shear opens and closes gaps.
-
-    A unit shear force opens the gap `coupling` on one side of it, and `-coupling` on the other.
-    """
-    nodes = len(G)
+    # A unit shear force opens the gap `coupling` on one side of it, and `-coupling` on the other.
+    coupling = beta / E_star
     side = np.sign(np.subtract.outer(np.arange(nodes), np.arange(nodes)))
     inverse = np.linalg.inv(np.block([[G, coupling * side.T], [coupling * side, G]]))
     inverse = (inverse + inverse.T) / 2
@@ -168,10 +146,12 @@ def _of_two_materials(G: Array, coupling: float) -> dict[str, Any]:
         A=S[:nodes, :nodes],
         B=S[nodes:, :nodes],
         C=S[nodes:, nodes:],
+        x=x,
         bonded={
             "P": (share[:nodes, 1], share[nodes:, 1]),
             "Q": (share[:nodes, 0], share[nodes:, 0]),
         },
+        gap=gap,
     )
 
 
@@ -217,7 +197,7 @@ def half_space_contact(
     half_length = finite_number("half_length", half_length, above=0.0)
     R = finite_number("R", R, above=0.0)
     E = finite_number("E", E, above=0.0)
-    nu = poisson_ratio("nu", nu)
+    nu = finite_number("nu", nu, above=-1.0, most=0.5)
     size = 2 * half_length / cells
     if not 0 < size**2 < np.inf:
         raise ModelError(

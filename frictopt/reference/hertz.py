@@ -15,14 +15,6 @@ from ..base import Array, finite_array, finite_number
 from ..errors import ModelError
 
 
-def poisson_ratio(name: str, value: float) -> float:
-    """Check a Poisson's ratio above -1 and of at most 0.5."""
-    nu = finite_number(name, value, above=-1.0)
-    if nu > 0.5:
-        raise ModelError(f"{name}: {nu:g}; give Poisson's ratio of at most 0.5")
-    return nu
-
-
 class _Round:
     """Base of round bodies, with fields that are positive numbers, or Poisson's ratio."""
 
@@ -32,7 +24,7 @@ class _Round:
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
             if name == "nu":
-                checked = poisson_ratio(name, value)
+                checked = finite_number(name, value, above=-1.0, most=0.5)
             else:
                 checked = finite_number(name, value, above=0.0)
             object.__setattr__(self, name, checked)

@@ -22,7 +22,7 @@ _NODES = 1_000_000
 _LENGTH_RATIO = 1e6
 # Ranges of the numbers that are not positive lengths.
 _RANGES: dict[str, dict[str, float]] = {
-    "angle": {"least": 10.0, "below": 80.000_001},
+    "angle": {"least": 10.0, "most": 80.0},
     "bore_radius": {"least": 0.0},
     "edge_radius": {"least": 0.0},
     "flat_half_width": {"least": 0.0},

@@ -24,6 +24,7 @@ from ..base import (
 )
 from ..base.results import named_places
 from ..contact import ContactSystem, most_shear
+from ..contact.diagnosis import nodes_of_contacts
 from ..errors import ModelError
 from .critical_plane import critical_planes, furthest
 from .trajectory import Trajectory
@@ -205,14 +206,6 @@ def _rows_of_ties(through: Mapping[str, Array]) -> Table:
             row |= {f"{part}_{corner}": value for corner, value in enumerate(values)}
         rows.append(row)
     return frame(rows)
-
-
-def nodes_of_contacts(system: ContactSystem) -> dict[str, Booleans]:
-    """Contact -> which nodes (N,) belong to it; "the contact" if the system has no names."""
-    if system.contact is None:
-        return {"the contact": np.ones(system.nodes, dtype=bool)}
-    names = np.asarray(system.contact)
-    return {name: names == name for name in dict.fromkeys(names.tolist())}
 
 
 def rows_of_corners(states: Trajectory) -> Integers:

@@ -135,7 +135,7 @@ def march(
         opening + system.gap,
         q,
         p,
-        states.status.astype(np.int8, copy=False),
+        states.status,
         states.work,
         path.engine,
         step_error,
@@ -157,7 +157,7 @@ class _States(NamedTuple):
     bonded: Array
     u: Array
     r: Array
-    status: Array
+    status: NDArray[np.int8]
     work: Array
 
 

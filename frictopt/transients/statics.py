@@ -137,7 +137,8 @@ class Statics:
         """(N,) normal forces, cut where friction would exceed another term of the law."""
         for bounded, term in self._further_terms:
             friction = np.where(bounded, self._friction, 1.0)
-            p = np.minimum(p, np.where(bounded, term.bound(p) / friction, np.inf))
+            bound = term.slope * p + term.constant
+            p = np.minimum(p, np.where(bounded, bound / friction, np.inf))
         return p
 
     def _proof(self, motions: Array, pressed: bool, forces: Array) -> Array | None:

@@ -182,7 +182,7 @@ class Transient(ABC):
             )
         else:
             self._start_name = "initial_state"
-            state = checked_state("initial_state", initial_state, system, len(self.corners))
+            state = checked_state(initial_state, system, len(self.corners))
             start = self._resumed(state)
         self.far_start = self._start_stress > _SUSPECTED_STRESS
 

@@ -147,10 +147,7 @@ def _follow_segment(
     lengths = np.diff(time - begin)
     # A stretch shorter than this share of its segment lies between events that happen at once.
     instant = ROUNDING / 10
-    return [
-        (lengths[k], status[k].astype(np.int8), r[k : k + 2])
-        for k in np.flatnonzero(lengths > instant)
-    ]
+    return [(lengths[k], status[k], r[k : k + 2]) for k in np.flatnonzero(lengths > instant)]
 
 
 def _flexibility(path: ExactPath, status: NDArray[np.int8]) -> tuple[Integers, Array]:

@@ -40,9 +40,9 @@ class State(NamedTuple):
     `wanted` (N,) are statuses that agree with the signs of the rates, `counted` (N,) the statuses
     at the last update of the signature, `touch` (N,) the bounds at which a node is, see `look`.
 
-    `trace` (4,) holds the number of events; a signature of the changes of status, which does not
-    depend on their order within a segment; the number of events whose rates are not proven to be
-    unique; and the number of states in the record.
+    `trace` (3,) holds the number of events; a signature of the changes of status, which does not
+    depend on their order within a segment; and the number of events whose rates are not proven to
+    be unique.
     """
 
     u: np.ndarray
@@ -104,7 +104,7 @@ def new_state(u: np.ndarray, r: np.ndarray, gap: np.ndarray) -> State:
         wanted=wanted,
         counted=counted,
         touch=touch,
-        trace=np.zeros(4, dtype=np.int64),
+        trace=np.zeros(3, dtype=np.int64),
     )
 
 
@@ -126,11 +126,11 @@ def new_active_set(nodes: int) -> ActiveSet:
 STICK, OPEN = 0, 2
 """Statuses of a node; slip along +x is 1, against it -1."""
 
-DONE, UNSETTLED, STALLED, FULL = range(4)
-"""Results of `follow`: it came to the end of the segment; no statuses are found that agree with
-their rates, or other statuses may agree, too; there are too many events; the record is full."""
+BEGIN, DONE, UNSETTLED, STALLED, EVENT = range(5)
+"""Where `follow` stands: before the segment; at its end; where no statuses are found that agree
+with their rates, or other statuses may agree, too; after too many events; at an event."""
 
-EVENTS, SIGNATURE, UNPROVEN, RECORDED = range(4)
+EVENTS, SIGNATURE, UNPROVEN = range(3)
 """Places of the counts in `State.trace`."""
 
 FORWARD, BACKWARD, UNPRESSED, CLOSED_UNPRESSED = 1, 2, 4, 8
@@ -191,20 +191,15 @@ def _largest(values):
 
 @inner_in_place
 def _left_side(values, unknown, weight):
-    """`q + weight p` of values `[q, p]` (2N,): the left side of the equation of an unknown."""
+    """`q + weight p` of values `[q, p]` (2N,): the left side of the equation of an unknown.
+
+    If the values are a row of S, it is the entry of this equation in the column of this row, as S
+    is symmetric.
+    """
     normal = 0.0
     if weight != 0.0:
         normal = weight * values[len(values) // 2 + unknown]
     return values[unknown] + normal
-
-
-@inner_in_place
-def _row_entry(S, unknown, weight, other):
-    """Entry of the equation of an unknown in the column of another one."""
-    normal = 0.0
-    if weight != 0.0:
-        normal = weight * S[len(S) // 2 + unknown, other]
-    return S[unknown, other] + normal
 
 
 @inner_in_place
@@ -214,15 +209,13 @@ def _border(S, active, new, factor):
     The products are in `left` and `right`. The pivot is the Schur complement of the new unknown.
     """
     n, unknown, weight, inverse = active.size[0], active.unknown, active.weight, active.inverse
-    left, right, column, nodes = active.left, active.right, active.column, len(S) // 2
+    left, right, column = active.left, active.right, active.column
     for a in range(n):
         left[a] = 0.0
-        # S is symmetric: the entries of a column lie together in its row.
-        normal = weight[a] * S[new, nodes + unknown[a]] if weight[a] != 0.0 else 0.0
-        column[a] = S[new, unknown[a]] + normal
-    pivot = _row_entry(S, new, factor, new)
+        column[a] = _left_side(S[new], unknown[a], weight[a])
+    pivot = _left_side(S[new], new, factor)
     for a in range(n):
-        entry = _row_entry(S, new, factor, unknown[a])
+        entry = _left_side(S[unknown[a]], new, factor)
         total = 0.0
         for b in range(n):
             left[b] += entry * inverse[a, b]
@@ -361,39 +354,47 @@ def solve_rates(S, active, state):
     The inverse has the rounding of its updates. If the equations of the active set have a residual,
     the rates are corrected with the same inverse.
     """
-    n, error, change = active.size[0], active.right, active.column
     load_rate, u_rate, r_rate = state.load_rate, state.u_rate, state.r_rate
     u_rate[:] = 0.0
     _copy(load_rate, r_rate)
     rounding = _ROUNDING * _largest(load_rate)
     for _ in range(_SOLUTIONS):
-        largest = 0.0
-        for a in range(n):
-            error[a] = _left_side(r_rate, active.unknown[a], active.weight[a])
-            largest = max(largest, abs(error[a]))
-        if largest <= rounding:
+        if _error(active, r_rate) <= rounding:
             break
-        for a in range(n):
-            total = 0.0
-            for b in range(n):
-                total -= active.inverse[a, b] * error[b]
-            change[a] = total
-            u_rate[active.unknown[a]] += total
-        _add_reactions(S, active, change, r_rate)
+        _correct(active, u_rate)
+        _reactions(S, load_rate, u_rate, r_rate)
 
 
 @inner_in_place
-def _add_reactions(S, active, change, r):
-    """Add the reactions of changes of the unknowns to r (S is symmetric: its rows are columns)."""
-    n, unknown = active.size[0], active.unknown
-    # Four rows at once, so that r is read and written a fourth as often. If fewer than four are
-    # left, the last unknown fills the other places, with a change of zero.
-    for a in range(0, n, 4):
-        b, c, d = min(a + 1, n - 1), min(a + 2, n - 1), min(a + 3, n - 1)
-        i, j, g, h = unknown[a], unknown[b], unknown[c], unknown[d]
-        x, y, z, w = change[a], change[b] * (b > a), change[c] * (c > b), change[d] * (d > c)
-        for k in range(len(r)):
-            r[k] += x * S[i, k] + y * S[j, k] + z * S[g, k] + w * S[h, k]
+def _error(active, r):
+    """The largest error of the equations of the active set at reactions r; `right` has all."""
+    largest = 0.0
+    for a in range(active.size[0]):
+        error = _left_side(r, active.unknown[a], active.weight[a])
+        active.right[a] = error
+        largest = max(largest, abs(error))
+    return largest
+
+
+@inner_in_place
+def _correct(active, u):
+    """Change the unknowns among motions u so that the errors of their equations vanish."""
+    n, error = active.size[0], active.right
+    for a in range(n):
+        total = 0.0
+        for b in range(n):
+            total += active.inverse[a, b] * error[b]
+        u[active.unknown[a]] -= total
+
+
+@inner_in_place
+def _reactions(S, bonded, u, r):
+    """Write `bonded + S u` into r (S is symmetric: its rows are columns)."""
+    _copy(bonded, r)
+    for unknown in range(len(u)):
+        if u[unknown] != 0.0:
+            for k in range(len(r)):
+                r[k] += u[unknown] * S[unknown, k]
 
 
 # --- 2. Statuses that agree with their rates ------------------------------------------------------
@@ -473,15 +474,10 @@ def _find_wrong_statuses(S, f, state, least_r, least_u, only_first):
 
     `only_first`: only the first new status is written.
     """
-    status, wanted, touch, u_rate = state.status, state.wanted, state.touch, state.u_rate
+    status, wanted, touch = state.status, state.wanted, state.touch
     wrong = 0
     for node in range(len(f)):
         if touch[node] == 0 and status[node] == STICK:
-            continue
-        wanted[node] = status[node]
-        slips = status[node] != STICK and status[node] != OPEN and not touch[node] & UNPRESSED
-        if slips and status[node] * u_rate[node] >= 0.0:
-            # The node slips in the direction of its rate. A call of `_wanted` would take longer.
             continue
         wanted[node] = _wanted(S, f, state, node, least_r, least_u)
         if wanted[node] != status[node]:
@@ -612,46 +608,44 @@ def _include(S, proof, unknown, weight):
 @inner_in_place
 def _symmetric_entry(S, row, row_weight, column, column_weight):
     """Entry of the symmetric part of the rows `q + weight p`."""
-    normal = 0.0
-    if column_weight != 0.0:
-        normal = 0.5 * column_weight * S[row, len(S) // 2 + column]
-    return _row_entry(S, row, 0.5 * row_weight, column) + normal
+    mirrored = _left_side(S[row], column, column_weight)
+    return 0.5 * (_left_side(S[column], row, row_weight) + mirrored)
 
 
 # --- 4. The path along one segment ----------------------------------------------------------------
 
 
 @in_place
-def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, record):
+def follow(S, f, bonded, ahead, state, active, proof, force, stiffness, start, last, stops):
     """Follow the path while the bonded reactions (2N,) change from `bonded` to `ahead`.
 
     The path begins at the time `start`, from 0 to 1 on the segment. `state`, `active` and `proof`
-    are changed in place; `force` (N,) is the scale of the nodal forces. If the path continues
-    within the segment (`begins` is False), the statuses already agree with the rates. `record`
-    (rows, 1 + 6N) receives times, u, r, statuses and work at the events; a record without rows
-    receives nothing. Returns `DONE` or the reason to stop, and the time of the stop.
+    are changed in place; `force` (N,) is the scale of the nodal forces, and `stiffness` the scale
+    of S. `last` is where the path stopped before, or `BEGIN`: if it continues within the segment,
+    the statuses already agree with the rates; from an event, the rates are known, too. If it
+    `stops`, it does so at each event. Returns where it stopped, and the time.
     """
     load_rate, time = state.load_rate, start
     for k in range(len(load_rate)):
         load_rate[k] = ahead[k] - bonded[k]
     least_r = _ZERO_RATE * _largest(load_rate)
-    least_u = least_r / _mean_stiffness(S)
-    if begins:
+    least_u = least_r / stiffness
+    if last == BEGIN:
         _begin(S, f, state, active)
-    settled = not begins or not _is_driven(load_rate, force)
+    settled = last != BEGIN or not _is_driven(load_rate, force)
+    known = last == EVENT
     for event in range(1000 + 200 * len(f)):
-        look(f, state, force)
-        if settled:
-            solve_rates(S, active, state)
-        else:
-            if not settle(S, f, state, active, event > 0, least_r, least_u):
+        if not known:
+            look(f, state, force)
+            if settled:
+                solve_rates(S, active, state)
+            elif not settle(S, f, state, active, event > 0, least_r, least_u):
                 return UNSETTLED, time
-            state.trace[UNPROVEN] += not prove(S, f, state, proof)
-        if len(record) > 0:
-            if state.trace[RECORDED] == len(record):
-                return FULL, time
-            _add_row(record[state.trace[RECORDED]], state, time)
-        settled = False
+            else:
+                state.trace[UNPROVEN] += not prove(S, f, state, proof)
+            if stops:
+                return EVENT, time
+        known, settled = False, False
         _count_changes(state)
         step, node = _next_event(f, state)
         ends = step >= 1.0 - time
@@ -664,15 +658,6 @@ def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, reco
         time += step
         state.trace[EVENTS] += 1
     return STALLED, time
-
-
-@once
-def _mean_stiffness(S):
-    """Mean of the diagonal of the stiffness."""
-    total = 0.0
-    for k in range(len(S)):
-        total += S[k, k]
-    return total / len(S)
 
 
 @once
@@ -783,28 +768,13 @@ def _refresh(S, f, bonded, state, active):
 
     The correction puts slipping and open nodes back on their bounds.
     """
-    n, u, r, error = active.size[0], state.u, state.r, active.right
+    u, r = state.u, state.r
     _reactions(S, bonded, u, r)
-    for a in range(n):
-        error[a] = _left_side(r, active.unknown[a], active.weight[a])
-    for a in range(n):
-        total = 0.0
-        for b in range(n):
-            total -= active.inverse[a, b] * error[b]
-        u[active.unknown[a]] += total
+    _error(active, r)
+    _correct(active, u)
     _reactions(S, bonded, u, r)
     for node in range(len(f)):
         _put_on_bound(f, r, node, state.status[node])
-
-
-@inner_in_place
-def _reactions(S, bonded, u, r):
-    """Write `bonded + S u` into r (S is symmetric: its rows are columns)."""
-    _copy(bonded, r)
-    for unknown in range(len(u)):
-        if u[unknown] != 0.0:
-            for k in range(len(r)):
-                r[k] += u[unknown] * S[unknown, k]
 
 
 @once
@@ -818,18 +788,6 @@ def _count_changes(state):
             state.counted[node] = status
 
 
-@once
-def _add_row(row, state, time):
-    """Write the state at an event into a row of the record."""
-    m, n = len(state.u), len(state.status)
-    row[0] = time
-    _copy(state.u, row[1 : 1 + m])
-    _copy(state.r, row[1 + m : 1 + 2 * m])
-    _copy(state.status, row[1 + 2 * m : 1 + 2 * m + n])
-    _copy(state.work, row[1 + 2 * m + n :])
-    state.trace[RECORDED] += 1
-
-
 @cache
 def compiled() -> None:
     """Compile what every path needs, or load it from disk; a notice says that it is compiled."""
@@ -837,6 +795,6 @@ def compiled() -> None:
     # Read-only like the stiffness of a system: numba compiles once more for a writable array.
     S.flags.writeable = False
     state = new_state(np.zeros(2), np.array([0.0, 1.0]), np.zeros(1))
-    active, proof, record = new_active_set(1), new_active_set(1), np.zeros((0, 7))
+    active, proof = new_active_set(1), new_active_set(1)
     with notice_of_compilation():
-        follow(S, f, load, load, state, active, proof, np.ones(1), 0.0, True, record)
+        follow(S, f, load, load, state, active, proof, np.ones(1), 1.0, 0.0, BEGIN, False)

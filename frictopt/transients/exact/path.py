@@ -1,18 +1,22 @@
 """The exact path of one transient, from corner to corner of the load cycle."""
 
+from copy import copy, deepcopy
+from typing import Any
+
 import numpy as np
 
 from ...base import RESIDUAL, Array, Booleans
-from ...contact import LoadCycle, checked_law, checked_plane, off_law
+from ...contact import LoadCycle, checked_law, off_law
 from ...contact.diagnosis import in_contact
 from ...contact.history import turning_points
-from ...errors import NoContinuation
+from ...errors import ModelError, NoContinuation
 from ..transient import FollowedCycle, Transient
 from .kernel import (
+    BEGIN,
     DONE,
+    EVENT,
     EVENTS,
     OPEN,
-    RECORDED,
     SIGNATURE,
     STALLED,
     UNPROVEN,
@@ -51,9 +55,8 @@ class ExactPath(Transient):
     state
         The present state, see `State` in `kernel.py`.
     history
-        Of a path that is `recorded`: arrays of times (T,), `u` and `r` (T, 2N), statuses and work
-        (T, N) side by side, after each event and at each corner. The time counts the corners
-        visited.
+        Of a path that is `recorded`: time, `u` and `r` (2N,), statuses and work (N,) after each
+        event and at each corner. The time counts the corners visited.
 
     Examples
     --------
@@ -68,16 +71,20 @@ class ExactPath(Transient):
     """
 
     def _begin(self, u: Array, r: Array, opened: Booleans) -> None:
-        checked_plane(self.system, "follow it by march or steady_state, in increments")
+        if self.system.tangents != 1:
+            raise ModelError(
+                "system: a contact in space; this is answered for contacts in the plane; follow it "
+                "by march or steady_state, in increments"
+            )
         checked_law(self.system, "the exact path")
         compiled()
         self._S = self.system.S
         self._active = new_active_set(self.nodes)
         self._proof = new_active_set(self.nodes)
-        self._record = np.zeros((0, 1 + 6 * self.nodes))
         self.unit = np.tile(self.scales.length, 2)
         self.turns = turning_corners(self.cycle, self.load_factor)
-        self.history: list[Array] = []
+        self.history: list[tuple[Any, ...]] = []
+        self._records = False
         self.state = new_state(u, r, np.array(self.system.gap))
         self.state.status[opened] = OPEN
 
@@ -157,29 +164,28 @@ class ExactPath(Transient):
         restart = RESIDUAL / 10
         if not residual <= restart:
             return None
-        copy = self.recorded(0)
-        copy.state = copy.state._replace(u=u, r=r)
-        return copy
+        there = self.recorded(records=False)
+        there.state = there.state._replace(u=u, r=r)
+        return there
 
-    def recorded(self, rows: int = 256) -> "ExactPath":
+    def recorded(self, records: bool = True) -> "ExactPath":
         """A copy at the same load and state that records the states at all events from here on.
 
-        Once the record holds `rows` states, they move to the history. 0: no state is recorded.
+        If `records` is False, it records none.
         """
-        copy = object.__new__(ExactPath)
-        copy.__dict__.update(self.__dict__)
-        copy.history = []
-        copy.state = type(self.state)(*(values.copy() for values in self.state))
-        copy._record = np.zeros((rows, 1 + 6 * self.nodes))
-        copy._active = new_active_set(self.nodes)
-        return copy
+        path = copy(self)
+        path.history = []
+        path.state = deepcopy(self.state)
+        path._records = records
+        path._active = new_active_set(self.nodes)
+        return path
 
     def follow_to(self, bonded: Array, where: str) -> None:
         """Follow the path in a straight line to other bonded reactions (2N,).
 
         NoContinuation if at some load no rates obey the law, or several do.
         """
-        code, time, begins = UNSETTLED, 0.0, True
+        code, time = BEGIN, 0.0
         # Times and statuses of the rate problems on this segment.
         seen: set[tuple[float, bytes]] = set()
         while code != DONE:
@@ -192,17 +198,18 @@ class ExactPath(Transient):
                 self._active,
                 self._proof,
                 self.scales.mean,
+                self.system.stiffness_scale,
                 time,
-                begins,
-                self._record,
+                code,
+                self._records,
             )
-            begins = False
             if code == STALLED:
                 raise NoContinuation(
                     f"{where}: at {time:.9g} of it the statuses change without end; loads or gaps "
                     "may differ too much in size"
                 )
-            self._keep_record()
+            if code == EVENT:
+                self._record(time)
             if code == UNSETTLED:
                 problem = time, self.state.status.tobytes()
                 place = f"{where}: at {time:.9g} of it"
@@ -212,24 +219,18 @@ class ExactPath(Transient):
         self.visited += 1
         self.events = int(self.state.trace[EVENTS])
         self.unproven = int(self.state.trace[UNPROVEN])
-        if len(self._record):
-            state = self.state
-            corner = np.r_[self.visited, state.u, state.r, state.status, state.work]
-            self.history.append(corner[None])
+        if self._records:
+            self._record(0.0)
 
-    def _keep_record(self) -> None:
-        """Move the states of the record to the history."""
-        if len(self._record):
-            rows = self._record[: self.state.trace[RECORDED]].copy()
-            rows[:, 0] += self.visited
-            self.history.append(rows)
-            self.state.trace[RECORDED] = 0
+    def _record(self, time: float) -> None:
+        """Add the state at a time of the present segment to the history."""
+        state = self.state
+        parts = state.u, state.r, state.status, state.work
+        self.history.append((self.visited + time, *(part.copy() for part in parts)))
 
-    def states(self) -> list[Array]:
+    def states(self) -> list[Any]:
         """Times (T,), `u` and `r` (T, 2N), statuses and work (T, N) of the history."""
-        ends = [1, *(1 + self.nodes * np.array([2, 4, 5]))]
-        time, *states = np.split(np.concatenate(self.history), ends, axis=1)
-        return [time[:, 0], *states]
+        return [np.array(parts) for parts in zip(*self.history, strict=True)]
 
     def _solve_rate_problem(self, load_rate: Array, place: str, again: bool) -> None:
         """Set the statuses to the only solution of the rate problem; NoContinuation without one.

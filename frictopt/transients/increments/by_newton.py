@@ -19,7 +19,6 @@ from ...base import (
     Array,
     Booleans,
     PerNode,
-    SolveRecord,
     warns_of_odd_values,
 )
 from ...contact import (
@@ -39,7 +38,6 @@ from .sweeps import increment, reactions
 
 # Factors of the c and d of Newton's method, tried in this order.
 _SCALES = (1.0, 10.0, 0.1, 100.0, 0.01)
-_NEWTON = SolveRecord("NEWTON")
 
 
 Moved = tuple[Array, Array, NDArray[np.int8]]
@@ -195,7 +193,7 @@ class NewtonIncrement(_Nodes):
         posed = Posed(self, slip, bonded)
         u = joined(after[0] - slip, after[1]) / posed.length
         state = newton(posed.law, posed.trial, u, most=0)
-        return _in_form(posed, posed.result(state, _NEWTON), form)
+        return _in_form(posed, posed.result(state, "NEWTON"), form)
 
     def along(self, u: Array, loads: Sequence[Array]) -> Iterator[Moved]:
         """Solve one increment after the other, for several loads (M,), from `u` (M,) on.
@@ -252,10 +250,10 @@ class NewtonIncrement(_Nodes):
         """The state by sweeps or, if they do not reach it, by Newton's method from all `_ways`."""
         state = self._swept(np.zeros_like(posed.trial), posed.trial.copy(), posed.law)
         if state.error <= ROUNDING:
-            return posed.result(state, SolveRecord("SWEEPS"), residual=state.error)
+            return posed.result(state, "SWEEPS", state.error)
         residual = np.inf
         for law, start in self._ways(posed, state.u):
-            answer = posed.result(self._by_newton(law, posed.trial, start), _NEWTON)
+            answer = posed.result(self._by_newton(law, posed.trial, start), "NEWTON")
             if answer.residual <= RESIDUAL:
                 return answer
             residual = min(residual, answer.residual)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...base import RESIDUAL, Array, SolveRecord, Table, components, finite_array, frame
+from ...base import RESIDUAL, Array, SolveRecord, Table, components, finite_array, frame, worst
 from ...contact import joined, off_law, parted
 from ...contact.given_parts import checked_pair
 from ...solve.explained import Explained
@@ -143,7 +143,7 @@ class Posed:
         self.trial = self.reactions / self.force
         self.law = owner.law.per_force(self.force)
 
-    def result(self, state: State, how: SolveRecord, residual: float | None = None) -> Increment:
+    def result(self, state: State, solver: str, residual: float | None = None) -> Increment:
         """The state in the units of the caller, with its record.
 
         If `residual` is None, the check of the contact law computes it.
@@ -166,6 +166,7 @@ class Posed:
                 self.force,
                 before,
             )
-            residual = float(np.nan_to_num(errors, nan=np.inf, posinf=np.inf).max())
-        record = replace(how, residual=residual, seconds=perf_counter() - self._started)
+            residual = worst(errors)
+        seconds = perf_counter() - self._started
+        record = SolveRecord(solver, residual=residual, seconds=seconds)
         return Increment(slip, gap, q, p, state.status, state.steps, record)

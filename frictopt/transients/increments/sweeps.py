@@ -38,19 +38,18 @@ def increment(S, slopes, constants, augmentation, stiffness, u, r, forces, statu
     The sweeps end when the state obeys the law. The first arguments are explained at `sweep`;
     `augmentation` (t + 1, N) at `Law` in `newton.py`. `forces` (M,) and `status` (N,) receive the
     reactions and the statuses: slipping nodes are exactly on their bound, open nodes have no
-    reactions. Returns the largest violation of the contact law, see `off_law`; inf if a number is
-    not finite.
+    reactions. Returns the largest violation of the law, see `_put_on_law`; inf if a number is not
+    finite.
     """
     still, residual = reactions(S, r, -u), np.inf
     for _ in range(10):
         last = sweep(S, slopes, constants, stiffness, u, r, 4, _ROUNDING, 1.0) <= _ROUNDING
         last = not _sweep_moving(S, slopes, constants, stiffness, u, r) <= _ROUNDING or last
         r[:] = reactions(S, still, u)
-        if _take_piece(slopes, constants, augmentation, u, r, status):
-            r[:] = reactions(S, still, u)
         residual = _put_on_law(slopes, constants, augmentation, u, r, forces, status)
         if last or residual <= _ROUNDING:
             break
+        r[:] = reactions(S, still, u)
     return residual
 
 
@@ -138,13 +137,8 @@ def _sweep_moving(S, slopes, constants, stiffness, u, r):
     """
     axes, nodes = stiffness.shape
     moving = np.flatnonzero((u.reshape(axes, nodes) != 0.0).sum(axis=0))
-    motions = np.concatenate((moving, moving + nodes, moving + 2 * nodes))[: axes * len(moving)]
-    # Indices without a sign are quicker.
-    part = motions.astype(np.uintp)
-    block = np.empty((len(part), len(part)))
-    for i in range(len(part)):
-        for j in range(len(part)):
-            block[i, j] = S[part[i], part[j]]
+    part = np.concatenate((moving, moving + nodes, moving + 2 * nodes))[: axes * len(moving)]
+    block = S[part][:, part]
     u_part, r_part = u[part], r[part]
     # Relaxation by 1.4 takes a third of the sweeps.
     largest = sweep(
@@ -163,85 +157,34 @@ def _sweep_moving(S, slopes, constants, stiffness, u, r):
 
 
 @inner
-def _take_piece(slopes, constants, augmentation, u, r, status):
-    """Write the statuses of the piece of the law at u, and set the motions to zero that it forbids.
-
-    Returns whether a motion has changed.
-    """
-    nodes, tangents, changed = slopes.shape[1], len(augmentation) - 1, False
-    for node in range(nodes):
-        k = tangents * nodes + node
-        pressed = r[k] - augmentation[-1, node] * u[k]
-        if pressed <= 0:
-            status[node] = OPEN
-        elif _pull(augmentation, u, r, node) > _bound(slopes, constants, pressed, node):
-            status[node] = SLIP
-        else:
-            status[node] = STICK
-        for i in range(node, len(u), nodes):
-            exact = u[i]
-            if status[node] == STICK or (i == k and status[node] == SLIP):
-                exact = 0.0
-            elif i == k:
-                exact = max(u[i], 0.0)
-            if exact != u[i]:
-                u[i] = exact
-                changed = True
-    return changed
-
-
-@inner
 def _put_on_law(slopes, constants, augmentation, u, r, forces, status):
-    """Write the reactions: slipping nodes are on their bound, open nodes have none.
+    """Write forces that obey the law, and statuses; set the motions that it forbids to zero.
 
-    Slip against +x in the plane gets the status -1. Returns the residual of the law and of the
-    equilibrium.
+    The forces are the projection of `r - augmentation u` on the law, as in `newton.py`. A motion is
+    forbidden if its force is the whole of this. In the plane slip against +x has the status -1.
+    Returns the largest difference between the forces and r: the violation of the law.
     """
     nodes, tangents = slopes.shape[1], len(augmentation) - 1
     residual, total = 0.0, 0.0
     for node in range(nodes):
         k = tangents * nodes + node
-        bound = _bound(slopes, constants, r[k], node)
-        _write_forces(augmentation, u, r, forces, status[node], node, bound)
+        pressed = r[k] - augmentation[-1, node] * u[k]
+        bound = _bound(slopes, constants, pressed, node)
+        size = _pull(augmentation, u, r, node)
+        status[node] = STICK
+        tangential, normal = 1.0, 1.0
+        if pressed <= 0:
+            status[node] = OPEN
+            tangential, normal = 0.0, 0.0
+        elif size > bound:
+            backward = tangents == 1 and r[node] > augmentation[0, node] * u[node]
+            status[node] = -1 if backward else SLIP
+            tangential = bound / size
         for i in range(node, k + 1, nodes):
+            share = normal if i == k else tangential
+            forces[i] = share * (r[i] - augmentation[i // nodes, node] * u[i])
+            if share == 1.0:
+                u[i] = 0.0
             residual = max(residual, abs(forces[i] - r[i]))
             total += abs(forces[i]) + abs(u[i])
-        violation = _violation(u, forces, status[node], node, nodes, k, bound)
-        residual = max(residual, violation)
-        if tangents == 1 and status[node] == SLIP and r[node] > augmentation[0, node] * u[node]:
-            status[node] = -1
     return residual if total < np.inf else np.inf
-
-
-@inner
-def _write_forces(augmentation, u, r, forces, status, node, bound):
-    """Write the reactions of one node."""
-    tangents, nodes = len(augmentation) - 1, augmentation.shape[1]
-    k = tangents * nodes + node
-    pull = _pull(augmentation, u, r, node)
-    for i in range(node, k + 1, nodes):
-        forces[i] = r[i] if status != OPEN else 0.0
-        if i != k and status == SLIP:
-            forces[i] = bound * (r[i] - augmentation[i // nodes, node] * u[i]) / pull
-
-
-@inner
-def _violation(u, forces, status, node, nodes, k, bound):
-    """Largest violation of the contact law at one node, whose normal force is `forces[k]`."""
-    size, way, along = 0.0, 0.0, 0.0
-    for i in range(node, k, nodes):
-        size += forces[i] ** 2
-        way += u[i] ** 2
-        along += u[i] * forces[i]
-    size, way = np.sqrt(size), np.sqrt(way)
-    off = -forces[k]
-    if status != OPEN:
-        off = max(off, size - bound)
-    if status == SLIP and size > 0 and way > 0:
-        # The force is turned against the slip, or the slip across the force is removed.
-        turned, across = 0.0, 0.0
-        for i in range(node, k, nodes):
-            turned += (forces[i] + size * u[i] / way) ** 2
-            across += (u[i] - min(along / size, 0.0) * forces[i] / size) ** 2
-        off = max(off, np.sqrt(min(turned, across)))
-    return off
