@@ -18,7 +18,7 @@ and the contact law go out. With slips v, gaps w and reactions q, p of body 2 on
 - `pictures.py` draws contacts and their shear forces on lines and maps.
 """
 
-from .components import frames_of, joined, parted
+from .components import amplitudes_of, frames_of, joined, parted
 from .cycle import LoadCycle, checked_cycle
 from .given_parts import checked_springs, compliances
 from .law import (

@@ -1,4 +1,6 @@
-"""The order of vectors of all nodes, places along contacts, and rigid displacements."""
+"""The order of vectors of all nodes and load cases, places along contacts, rigid displacements."""
+
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -30,6 +32,15 @@ def parted(r: Array, axes: int) -> tuple[Array, Array]:
     if axes == 3:
         tangential = np.stack([tangential[..., :n], tangential[..., n:]], axis=-1)
     return tangential, normal
+
+
+def amplitudes_of(
+    loads: Sequence[Mapping[str, float]], cases: Iterable[str] | None = None
+) -> Array:
+    """(K, cases) amplitudes of some load cases in K loads; None: of all that the loads have."""
+    if cases is None:
+        cases = sorted({case for load in loads for case in load})
+    return np.array([[load.get(case, 0.0) for case in cases] for load in loads])
 
 
 def arc_length(points: Array, frames: Array, contact: Names | None) -> Array:

@@ -11,20 +11,20 @@ from .law import lengths
 from .system import ContactSystem
 
 
-def nodes_of_contacts(system: ContactSystem) -> dict[str, Booleans]:
-    """Contact -> which nodes (N,) belong to it; "the contact" if the system has no names."""
-    if system.contact is None:
-        return {"the contact": np.ones(system.nodes, dtype=bool)}
-    names = system.contact
-    return {name: names == name for name in dict.fromkeys(names.tolist())}
-
-
 def names_of_several(system: ContactSystem) -> Names | None:
     """(N,) names of the contacts; None if there is one contact alone."""
     names = system.contact
     if names is None or (names == names[0]).all():
         return None
     return names
+
+
+def nodes_of_contacts(system: ContactSystem) -> dict[str, Booleans]:
+    """Contact -> which nodes (N,) belong to it; "the contact" if the system has no names."""
+    if system.contact is None:
+        return {"the contact": np.ones(system.nodes, dtype=bool)}
+    names = system.contact
+    return {name: names == name for name in dict.fromkeys(names.tolist())}
 
 
 def in_contact(system: ContactSystem, nodes: ArrayLike) -> str:
@@ -79,13 +79,13 @@ def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: 
         return resultant if abs(resultant) > rounding else 0.0
 
     texts = []
-    for contact, nodes in nodes_of_contacts(system).items():
-        name = contact if system.contact is None else f"contact {contact!r}"
+    for name, nodes in nodes_of_contacts(system).items():
+        contact = name if system.contact is None else f"contact {name!r}"
         pressed = int((p[nodes] > rounding).sum())
         shears = [total(component) for component in shear[nodes].T]
         of_all = number_of(int(nodes.sum()), "node")
         texts.append(
-            f"{name} has a normal force of {total(p[nodes]):.3g} on {pressed} of "
+            f"{contact} has a normal force of {total(p[nodes]):.3g} on {pressed} of "
             f"{of_all} and a shear force of {hypot(*shears):.3g}, of at most f p = "
             f"{total((friction * p)[nodes]):.3g}"
         )

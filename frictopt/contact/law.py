@@ -116,13 +116,13 @@ _KNOW_STRENGTH = ("shakedown_limit", "gross_slip", "march", "steady_state")
 
 
 def friction_coefficients(friction: PerNode, system: ContactSystem) -> Array:
-    """Check coefficients of friction: one, one per node or one per contact; returns (N,).
+    """Check coefficients of friction: one, one per node or one per contact; returns a new (N,).
 
     ModelError for entries that are not real and finite, for negative entries, and for another
     number of entries.
     """
     remedy = "a coefficient of friction is not negative"
-    return per_node("friction", friction, checked_system(system), remedy)
+    return np.array(per_node("friction", friction, checked_system(system), remedy))
 
 
 def checked_law(system: object, question: str) -> ContactSystem:

@@ -26,7 +26,7 @@ from ..plots.style import (
     unit,
 )
 from .components import frames_of
-from .diagnosis import in_contact, nodes_of_contacts
+from .diagnosis import in_contact, names_of_several, nodes_of_contacts
 from .law import lengths, most_shear
 from .system import ContactSystem
 
@@ -47,11 +47,11 @@ def faces_of(system: ContactSystem) -> list[Face]:
     """
     every_node = np.arange(system.nodes)
     groups = {"": every_node}
-    if system.contact is not None and len(set(system.contact)) > 1:
+    if names_of_several(system) is not None:
         in_plane = np.ptp(system.frames, axis=0).max() <= _ROUNDING
         if not in_plane or _seen_along_normal(system, "", every_node) is None:
-            masks = nodes_of_contacts(system)
-            groups = {name: np.flatnonzero(nodes) for name, nodes in masks.items()}
+            contacts = nodes_of_contacts(system)
+            groups = {name: np.flatnonzero(nodes) for name, nodes in contacts.items()}
     faces = [_seen_along_normal(system, name, nodes) for name, nodes in groups.items()]
     flat = [face for face in faces if face is not None]
     if len(flat) == len(faces):

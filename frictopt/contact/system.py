@@ -37,7 +37,7 @@ from ..base import (
 from ..base.checks import Names, by_contact, checked_units, flag, per_node
 from ..errors import ModelError
 from . import files
-from .components import arc_length, joined, parted
+from .components import amplitudes_of, arc_length, joined, parted
 from .given_parts import (
     checked_bolts,
     checked_bonded,
@@ -767,8 +767,7 @@ def reactions(system: ContactSystem, loads: Sequence[Mapping[str, float]]) -> Ar
     unknown = {name for load in loads for name in load} - set(known)
     if unknown:
         raise ModelError(f"load case {min(unknown)!r}: unknown; this system has {sorted(known)}")
-    amplitudes = np.array([[load.get(name, 0.0) for name in known] for load in loads])
-    return amplitudes @ system._reactions.T
+    return amplitudes_of(loads, known) @ system._reactions.T
 
 
 def checked_system(system: object) -> ContactSystem:

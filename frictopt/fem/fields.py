@@ -23,7 +23,7 @@ from ..base import (
     progress_bar,
     whole_number,
 )
-from ..contact import StressMap, compliances, joined, parted
+from ..contact import StressMap, amplitudes_of, compliances, joined, parted
 from ..errors import ModelError
 from .elasticity import basis_of
 from .loads import Expansion
@@ -316,8 +316,7 @@ class Recoverable:
         # The load case of a locked bolt is computed for a shortening of 1. At amplitude 1 the bolt
         # is shortened until it has its force in the glued bodies.
         shortenings = [bolts.get(name, (0.0, 1.0))[1] for name in self.loads]
-        amounts = np.array([[each.get(name, 0.0) for each in loads] for name in self.loads])
-        amounts *= np.array(shortenings)[:, None]
+        amounts = (amplitudes_of(loads, self.loads) * shortenings).T
         force, moved, overlaps = (part @ amounts for part in self._cases)
         net_force = force - assembly.whole @ moved
         if np.isfinite(self._springs).any():

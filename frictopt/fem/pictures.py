@@ -64,7 +64,7 @@ def _model(model: ContactModel, ax: AnyAxes) -> AnyAxes:
     In space the surfaces of the bodies are drawn. Arrows show the directions of each load case.
     """
     meshes = _meshes(model.bodies)
-    (axes,), ends = axes_of([*meshes.values()], ax)
+    (axes,), ends = axes_of(meshes, ax)
     in_space = ends.shape[1] == 3
     length = (0.12 if in_space else 0.08) * float((ends[1] - ends[0]).max())
     colors = _colors(len(meshes) + len(model.loads))
@@ -86,16 +86,23 @@ def _contacts(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
         several = len(model.contacts) > 1
         label = as_is(f"{number}: {contact.name}") if several else "contact"
         if in_space:
-            look: Look = {"facecolor": (BLACK, 0.6), "edgecolor": BLACK, "linewidth": 0.3}
-            axes.add_collection3d(Poly3DCollection(corners(mesh, facets), label=label, **look))
+            face = Poly3DCollection(
+                corners(mesh, facets),
+                facecolor=(BLACK, 0.6),
+                edgecolor=BLACK,
+                linewidth=0.3,
+                label=label,
+            )
+            axes.add_collection3d(face)
         else:
             draw_edges(axes, mesh, facets, color=BLACK, lw=2.5, label=label)
         if several:
             middle = mesh.p[:, mesh.facets[:, facets]].mean(axis=(1, 2))
-            box: Look = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "pad": 2.0}
-            name: Look = {"ha": "center", "va": "center", "bbox": box, "fontsize": "small"}
+            box = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "pad": 2.0}
             # The text stays above all faces, which matplotlib orders by their distance in space.
-            axes.text(*middle, str(number), zorder=1e3, **name)
+            axes.text(
+                *middle, number, ha="center", va="center", bbox=box, fontsize="small", zorder=1e3
+            )
 
 
 def _supports(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
@@ -130,7 +137,7 @@ def _fields(fields: BodyFields, ax: AnyAxes) -> AnyAxes:
     The colours end at the value that 99 of 100 nodes do not exceed.
     """
     meshes = _meshes(fields.bodies)
-    (axes,), ends = axes_of([*meshes.values()], ax)
+    (axes,), ends = axes_of(meshes, ax)
     in_space = ends.shape[1] == 3
     stress = {name: von_mises(rows) for name, rows in fields.stress.items()}
     highest = float(np.quantile(np.concatenate(list(stress.values())), 0.99))
@@ -166,7 +173,7 @@ def _fields(fields: BodyFields, ax: AnyAxes) -> AnyAxes:
 @picture.register
 def _modes(modes: Modes, ax: AnyAxes, numbers: Sequence[int]) -> AnyAxes:
     """The shapes of some modes: each body in its colour, over the undeformed body in grey."""
-    panels, ends = axes_of([*_meshes(modes.bodies).values()], ax, len(numbers))
+    panels, ends = axes_of(_meshes(modes.bodies), ax, len(numbers))
     for axes, number in zip(panels, numbers, strict=True):
         shape = {name: shapes[number] for name, shapes in modes.shapes.items()}
         axes.set_title(f"mode {number}: {modes.frequency[number]:.5g} (cycles per time)")

@@ -12,6 +12,7 @@ import numpy as np
 from ..base import Array, Shown
 from ..base.entries import known
 from ..contact import ContactSystem, LoadCycle
+from ..contact.diagnosis import nodes_of_contacts
 from ..errors import ModelError
 from ..fem.model import ContactModel
 from ..joints.scatter import at_share
@@ -268,7 +269,7 @@ class Joint(Shown):
 
 def _presses(system: ContactSystem, p: Array) -> bool:
     """Whether normal forces (N,) press a contact as a whole."""
-    sums = [p[system.contact == name].sum() for name in np.unique(np.asarray(system.contact))]
+    sums = [p[nodes].sum() for nodes in nodes_of_contacts(system).values()]
     return bool(max(sums) > 1e-6 * np.abs(p).sum())
 
 

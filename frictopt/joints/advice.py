@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base import ROUNDING, Array, Outcome, number_of
 from ..contact import ContactSystem
-from ..contact.diagnosis import counted
+from ..contact.diagnosis import counted, nodes_of_contacts
 from ..limits import GrossSlip, RequiredFriction
 from ..limits.balance.statics import MOVES
 from ..study.protocols import FrictionAfterProtocol
@@ -32,13 +32,12 @@ _MOST_NAMES = 4  # largest number of contacts that a sentence names
 def motions_of_contacts(system: ContactSystem, gross_slip: GrossSlip) -> dict[str, str]:
     """Contact -> name of its motion, for the contacts that move as bodies slide off."""
     motions = dict[str, str]()
+    faces = nodes_of_contacts(system)
     # The normals of a flat face differ by at most this number.
     flat = 1e-6
     for row in gross_slip.motion.to_dict("records"):
         name = str(row["contact"])
-        nodes = np.ones(system.nodes, dtype=bool)
-        if system.contact is not None:
-            nodes = system.contact == name
+        nodes = faces[name]
         is_flat = np.ptp(system.normals[nodes], axis=0).max() <= flat
         motions[name] = _motion(gross_slip.phi[:, nodes], float(row["turn"]), bool(is_flat))
     return motions

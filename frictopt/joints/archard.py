@@ -140,7 +140,7 @@ class Course:
         """
         state = self.steady.state
         worn = self.steady.system.with_gap(self.steady.system.gap + depth)
-        q, p = parted(worn.S[:, -worn.nodes :] @ depth, worn.tangents + 1)
+        q, p = parted(worn.pressing_shut(depth), worn.tangents + 1)
         began = replace(state, bonded_q=state.bonded_q + q, bonded_p=state.bonded_p + p)
         return self.settle(worn, began), began
 

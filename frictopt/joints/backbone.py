@@ -336,7 +336,7 @@ def backbone_curve(
     >>> bool((curve.damping <= curve.most_damping).all())
     True
     """
-    coefficients = np.array(friction_coefficients(friction, system))
+    coefficients = friction_coefficients(friction, system)
     flag("with_range", with_range)
     # These calls raise an error if the cycle names an unknown load case.
     system.reaction(checked_cycle(cycle).mean)

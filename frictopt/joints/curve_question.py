@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from ..base import CONDENSATION, ROUNDING, Array, Integers, Outcome, finite_number
-from ..contact import ContactSystem, LoadCycle, joined
+from ..contact import ContactSystem, LoadCycle, amplitudes_of, joined
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import GrossSlip, GuaranteedLimit, ShakedownLimit
 from ..study.case import FAILED, SLIDES_OFF
@@ -224,12 +224,9 @@ def opposed_direction(system: ContactSystem, cycle: LoadCycle) -> Array | None:
     Corners count as opposed up to rounding, because amplitudes about a computed mean load, such as
     the mean load of a history, have rounding errors.
     """
-    amplitudes = [
-        np.array([corner.get(case, 0.0) for case in system.bonded]) for corner in cycle.corners
-    ]
-    if cycle.fixed or len(amplitudes) != 2:
+    if cycle.fixed or len(cycle.corners) != 2:
         return None
-    first, second = amplitudes
+    first, second = amplitudes_of(cycle.corners, system.bonded)
     scale = np.maximum(np.abs(first), np.abs(second)).max(initial=0.0)
     is_opposed = (np.abs(first + second) <= ROUNDING * scale).all()
     return first if is_opposed and first.any() else None

@@ -79,17 +79,17 @@ class ModalOscillator(Kept):
     def _loss(self) -> PchipInterpolator:
         return PchipInterpolator(np.r_[0.0, self.amplitude], np.r_[0.0, self.loss])
 
-    def balance(self, a: Array, omega: Array | float) -> Array:
+    def balance(self, a: Array | float, omega: Array | float) -> Array:
         """Real and imaginary part of `k + i (g + 2 zeta omega_0 omega) - omega^2`, as complex."""
         return np.asarray(
             self._stiffness(a) - omega**2 + 1j * (self._loss(a) + self.viscous * omega)
         )
 
-    def force(self, a: Array, omega: Array | float) -> Array:
+    def force(self, a: Array | float, omega: Array | float) -> Array:
         """Modal force that holds an amplitude at an angular frequency."""
         return np.asarray(a * np.abs(self.balance(a, omega)))
 
-    def resonance(self, a: Array) -> Array:
+    def resonance(self, a: Array | float) -> Array:
         """Angular frequency at which an amplitude needs the smallest force.
 
         It is the largest root of `u^3 + p u + q`, computed by trigonometric functions, or 0 if no
@@ -102,7 +102,7 @@ class ModalOscillator(Kept):
         angle = np.arccos(np.clip(cosine, -1.0, 1.0)) / 3
         return np.where(cosine >= -1, size * np.cos(angle), 0.0)
 
-    def needed(self, a: Array) -> Array:
+    def needed(self, a: Array | float) -> Array:
         """Modal force that holds an amplitude at its resonance."""
         return self.force(a, self.resonance(a))
 
@@ -158,8 +158,7 @@ class ModalOscillator(Kept):
 
     def friction_share(self, a: float) -> float:
         """Derivative d ln f / d ln W at an amplitude: the share of friction in the peak's force."""
-        amplitude = np.asarray(a)
-        balance = complex(self.balance(amplitude, self.resonance(amplitude)))
+        balance = complex(self.balance(a, self.resonance(a)))
         return float(self._loss(a)) * balance.imag / abs(balance) ** 2
 
     def strongest(self, amplitude: float) -> float:
@@ -211,28 +210,26 @@ def checked_modes(system: ContactSystem, cycle: LoadCycle, names: Sequence[str])
     """Check the load cases of other modes: the load of a mode moves no other mode."""
     direction = opposed_direction(system, cycle)
     assert direction is not None and system.compliance is not None
-    columns = []
-    for name in names:
-        choice("other_modes", name, system.bonded)
-        columns.append(list(system.bonded).index(name))
-    L = system.compliance
-    of_others = L[np.ix_(columns, columns)]
-    own = float(direction @ L @ direction)
+    cases = list(system.bonded)
+    columns = [cases.index(choice("other_modes", name, cases)) for name in names]
+    # Compliances between all of these modes; the mode of the cycle is the last one.
+    directions = np.vstack([np.eye(len(cases))[columns], direction])
+    compliance = directions @ system.compliance @ directions.T
+    squares = np.diag(compliance)
     for row, name in enumerate(names):
-        square = of_others[row, row]
-        across = np.abs(np.append(np.delete(of_others[row], row), L[columns[row]] @ direction))
-        sizes = np.append(np.delete(np.diag(of_others), row), own)
-        if not square > 0:
+        across = np.delete(np.abs(compliance[row]), row)
+        sizes = np.delete(squares, row)
+        if not squares[row] > 0:
             raise ModelError(
                 f"other_modes: the load case {name!r} does no work on the glued bodies; give the "
                 "load of a mode, see `Modes.load`"
             )
-        if (across > _ORTHOGONAL * np.sqrt(square * sizes)).any():
+        if (across > _ORTHOGONAL * np.sqrt(squares[row] * sizes)).any():
             raise ModelError(
                 f"other_modes: the load case {name!r} also moves another of the modes; give loads "
                 "of different modes, see `Modes.load`, without the mode of the cycle"
             )
-    return OtherModes(np.array(columns, dtype=np.intp), 1 / np.diag(of_others))
+    return OtherModes(np.array(columns, dtype=np.intp), 1 / squares[:-1])
 
 
 def interaction_at(steady: SteadyState, others: OtherModes | None, omega: float) -> float:

@@ -37,6 +37,13 @@ class ReportParts:
     cycle: LoadCycle
     friction: Array
     missing: Mapping[str, str]
+    scatter: str
+    life: pd.DataFrame
+    title: str
+    notes: str
+    origin: str
+    states: Mapping[tuple[str, float], SteadyState | str]
+    identity: Array
     mean_state: ContactState | None = None
     gross_slip: GrossSlip | None = None
     steady: SteadyState | None = None
@@ -48,17 +55,10 @@ class ReportParts:
     required_assembled: FrictionAfterProtocol | None = None
     safety: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=SAFETY_COLUMNS))
     verdicts: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=VERDICT_COLUMNS))
-    scatter: str = ""
     contacts: pd.DataFrame = field(default_factory=pd.DataFrame)
     probability: pd.DataFrame = field(default_factory=pd.DataFrame)
-    life: pd.DataFrame = field(default_factory=pd.DataFrame)
-    title: str = ""
-    notes: str = ""
-    origin: str = ""
     bodies: pd.DataFrame = field(default_factory=pd.DataFrame)
     model: Any = None
-    states: Mapping[tuple[str, float], SteadyState | str] = field(default_factory=dict)
-    identity: Array = field(default_factory=lambda: np.zeros(0))
 
 
 def mean_load_opens(parts: ReportParts) -> bool:
@@ -179,16 +179,8 @@ def _steady_rows(parts: ReportParts, steady: SteadyState) -> Iterator[_Row]:
         )
     yield "work per cycle", steady.dissipation, units["work"], converges, meaning
 
-    has_width = parts.system.width is not None
-    whole = "the area of all contacts" if has_width else "the nodes of all contacts"
-    share = steady.slipping_share
-    yield (
-        "share that slips",
-        share,
-        units["share"],
-        converges,
-        f"of {whole}, in each cycle of this steady state",
-    )
+    meaning = f"{units['share']} of all contacts, {of_cycle}"
+    yield "share that slips", steady.slipping_share, units["share"], converges, meaning
 
     slip_range = QUANTITIES[SLIP_RANGE].judged(steady)
     where = f"{of_cycle}, at {slip_range.where}" if slip_range.value else of_cycle
@@ -204,25 +196,25 @@ def _steady_rows(parts: ReportParts, steady: SteadyState) -> Iterator[_Row]:
             "half the range of the mean motion of the loaded faces, along the load, in "
             "this steady state"
         )
-        yield "motion of the load", motion, units["motion"], _if_fine(steady, "yes"), meaning
+        yield "motion of the load", motion, units["motion"], _if_fine(steady), meaning
     for point, motion in motions_of_points(parts).items():
         meaning = "half the range of its motion, along its force, in this steady state"
-        yield f"motion of {point}", motion, units["motion"], _if_fine(steady, "yes"), meaning
+        yield f"motion of {point}", motion, units["motion"], _if_fine(steady), meaning
 
 
 def _converges(parts: ReportParts, steady: SteadyState) -> str:
     """Whether work and slip converge with the mesh, and under which condition."""
     slipping = int(steady.slipping.sum())
     if many_nodes_slip(parts):
-        return _if_fine(steady, "yes")
+        return _if_fine(steady)
     if slipping:
         return f"if more nodes slip; here {slipping} slip"
     return "unless nodes slip on finer meshes"
 
 
-def _if_fine(steady: SteadyState, converges: str) -> str:
-    """The given text on convergence; for coarse increments, that finer ones are needed."""
-    return "with finer increments" if increments_are_coarse(steady) else converges
+def _if_fine(steady: SteadyState) -> str:
+    """That a number converges with the mesh; for coarse increments, that finer ones are needed."""
+    return "with finer increments" if increments_are_coarse(steady) else "yes"
 
 
 def _limit_rows(parts: ReportParts) -> Iterator[_Row]:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from ..base import Plotted
+from ..base import Plotted, number_of
 from ..base.files import sealed, write_sheets
 from .advice import advice_on, gross_slip_in_words, kind_of_contact
 from .report_tables import (
@@ -27,6 +27,7 @@ from .report_tables import (
     units_of,
     with_units,
 )
+from .scatter import range_of
 
 PAPER = 68
 """Characters of a line on paper, and on a page of the documentation."""
@@ -65,11 +66,9 @@ class Section(NamedTuple):
 
 def title_of(parts: ReportParts) -> str:
     """The title of a report: the given title, the number of nodes, the friction and the units."""
-    least, most = parts.friction.min(), parts.friction.max()
-    friction = f"{least:g}" if least == most else f"{least:g} to {most:g}"
-    nodes = "1 contact node" if parts.system.nodes == 1 else f"{parts.system.nodes} contact nodes"
+    nodes = number_of(parts.system.nodes, "contact node")
     title = f"{parts.title}: " if parts.title else ""
-    title += f"Joint of {nodes}, friction {friction}"
+    title += f"Joint of {nodes}, friction {range_of(parts.friction)}"
     if parts.system.orthotropic:
         title += ", another one along the second tangents"
     if parts.system.capped:
@@ -81,8 +80,8 @@ def title_of(parts: ReportParts) -> str:
 
 def loads_of(parts: ReportParts) -> str:
     """The loads of a report, the scatter of its input, its origin, and what is not in its model."""
-    loads = {name: value for name, value in parts.cycle.mean.items() if value}
-    mean = ", ".join(f"{name} = {value:.4g}" for name, value in loads.items())
+    loads = parts.cycle.mean.items()
+    mean = ", ".join(f"{name} = {value:.4g}" for name, value in loads if value)
     names = parts.cycle.corner_names
     corners = [*names[:_SHOWN_CORNERS]]
     if len(names) > _SHOWN_CORNERS:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -30,9 +30,12 @@ from .modal_oscillator import ModalOscillator, OtherModes, checked_modes, intera
 # Between the load factors of a curve, stiffness and loss are interpolated. A steady state at the
 # amplitude of a peak shows the force that the peak needs.
 
-# A function of the points of a curve: it returns the mode, and the amplitudes at which states are
-# wanted, each with the name of the force or of the limit that needs it.
-WantedOf: TypeAlias = Callable[[pd.DataFrame], tuple[ModalOscillator, Iterable[tuple[str, float]]]]
+# A mode, and the amplitudes at which states are wanted, each with the name of the force or of the
+# limit that needs it.
+Wanted: TypeAlias = tuple[ModalOscillator, Iterable[tuple[str, float]]]
+
+# A function of the points of a curve.
+WantedOf: TypeAlias = Callable[[pd.DataFrame], Wanted]
 
 
 # The numbers of the check.
@@ -191,7 +194,7 @@ class Resonant:
         own = _points_of(self)
         others = checked_modes(self.system, self.cycle, names) if len(names) else None
 
-        def peaks(points: pd.DataFrame) -> tuple[ModalOscillator, Iterator[tuple[str, float]]]:
+        def peaks(points: pd.DataFrame) -> Wanted:
             oscillator = _oscillator(self, points, ratio)
             pairs = (
                 (f"{force:g}", a)
@@ -268,7 +271,7 @@ class Resonant:
         ((name, value),) = named.items()
         limit = finite_number(name, value, above=0.0)
 
-        def amplitudes(points: pd.DataFrame) -> tuple[ModalOscillator, list[tuple[str, float]]]:
+        def amplitudes(points: pd.DataFrame) -> Wanted:
             oscillator = _oscillator(self, points, ratio)
             end = _amplitude_at(points, name, limit, size)
             return oscillator, [(name, end), (name, oscillator.strongest(end))]
@@ -280,7 +283,7 @@ class Resonant:
                 "give a smaller limit"
             )
         oscillator, ((_, _), (_, strongest)) = amplitudes(points)
-        return float(oscillator.needed(np.asarray(strongest)))
+        return float(oscillator.needed(strongest))
 
 
 def _checked(
@@ -431,18 +434,17 @@ class _Answer:
         if peak == np.inf:
             names = ("resonance", "lag", "sensitivity", "interaction")
             return {"force": force, "peak": peak, "beyond": True} | dict.fromkeys(names, np.nan)
-        a = np.asarray(peak)
         nearest = np.abs(self.oscillator.amplitude - peak).argmin()
-        omega = self.oscillator.resonance(a)
-        balance = complex(self.oscillator.balance(a, omega))
+        omega = float(self.oscillator.resonance(peak))
+        balance = complex(self.oscillator.balance(peak, omega))
         weaker = self.oscillator.peaks(_WEAKER * force)[0]
         gain = np.log(weaker / peak) / np.log(_WEAKER)
-        left_out = interaction_at(self.points["steady"].iloc[nearest], self.others, float(omega))
+        left_out = interaction_at(self.points["steady"].iloc[nearest], self.others, omega)
         return {
             "force": force,
             "peak": peak,
             "beyond": False,
-            "resonance": float(omega) / (2 * np.pi),
+            "resonance": omega / (2 * np.pi),
             "lag": np.angle(balance, deg=True),
             "sensitivity": gain * self.oscillator.friction_share(peak),
             "interaction": gain * left_out,
@@ -472,7 +474,7 @@ class _Answer:
                 f"the curve is used up to the load factor {used:g}, above which it has no resonance"
             )
         strongest = self.oscillator.strongest(self.oscillator.largest)
-        holds = float(self.oscillator.needed(np.asarray(strongest)))
+        holds = float(self.oscillator.needed(strongest))
         # Above this interaction a peak may change much. In the tables of the study
         # "forced_response", the error of a peak is at most 7 % up to this interaction.
         largest = 0.05

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import product
 from numbers import Real
 from typing import Any
-
-import numpy as np
 
 from ..base import ROUNDING, Array, distribution, finite_number, is_distribution, listed, shown
 from ..base.checks import checked_cases, is_named
@@ -44,10 +42,10 @@ class Scatter:
     cycle: LoadCycle
     friction: Array
     frictions: tuple[Array, ...]
-    preload: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    load: tuple[float, ...] = (1.0,)
-    laws: Mapping[str, Any] = field(default_factory=dict)
-    tightening: Mapping[str, float] = field(default_factory=dict)
+    preload: Mapping[str, tuple[float, float]]
+    load: tuple[float, ...]
+    laws: Mapping[str, Any]
+    tightening: Mapping[str, float]
 
     @property
     def exists(self) -> bool:
@@ -70,7 +68,7 @@ class Scatter:
         names = list[str]()
         if len(self.frictions) > 1:
             end = "least" if friction is self.frictions[0] else "most"
-            names.append(f"{end} friction {_range_of(friction)}")
+            names.append(f"{end} friction {range_of(friction)}")
         names += [f"{case} {amplitude:g}" for case, amplitude in loads.items()]
         if len(self.load) > 1:
             names.append(f"load factor {factor:g}")
@@ -90,7 +88,7 @@ class Scatter:
                 least, _, most = each.ppf(QUANTILES)
                 texts.append(f"friction of {name} of {least:g} to {most:g}{_in_words(each)}")
         elif len(self.frictions) > 1:
-            least, most = map(_range_of, self.frictions)
+            least, most = map(range_of, self.frictions)
             texts.append(f"friction of {least} to {most}{_in_words(law)}")
         if "correlation_length" in self.laws:
             texts.append(f"correlation length of friction {self.laws['correlation_length']:g}")
@@ -116,7 +114,8 @@ def _in_words(law: Any) -> str:
     )
 
 
-def _range_of(friction: Array) -> str:
+def range_of(friction: Array) -> str:
+    """The least and the largest friction in words: "0.1 to 0.2", or "0.1" if they are equal."""
     least, most = float(friction.min()), float(friction.max())
     return f"{least:g}" if least == most else f"{least:g} to {most:g}"
 
@@ -166,9 +165,9 @@ def _checked_frictions(
     if has_ranges or is_random:
         friction = tuple(at_share(friction, share) for share in QUANTILES)
     if not (isinstance(friction, tuple) and len(friction) == 3):
-        nominal = _coefficients(friction, system)
+        nominal = friction_coefficients(friction, system)
         return nominal, (nominal,)
-    least, nominal, most = (_coefficients(part, system) for part in friction)
+    least, nominal, most = (friction_coefficients(part, system) for part in friction)
     if (least > nominal).any() or (nominal > most).any():
         raise ModelError(
             f"friction: {shown(friction)}; a tuple of three is (least, nominal, most), which must "
@@ -207,10 +206,6 @@ def at_share(friction: Any, share: float) -> Any:
     if is_named(friction):
         return {name: at_share(law, share) for name, law in dict(friction).items()}
     return friction
-
-
-def _coefficients(friction: Any, system: ContactSystem) -> Array:
-    return np.array(friction_coefficients(friction, system))
 
 
 def _checked_preload(

@@ -9,7 +9,13 @@ import numpy as np
 from scipy.optimize import root
 
 from ..base import RESIDUAL, Array, Bar, PerNode, progress_bar, warns_of_odd_values
-from ..contact import ContactSystem, LoadCycle, checked_cycle, friction_coefficients
+from ..contact import (
+    ContactSystem,
+    LoadCycle,
+    amplitudes_of,
+    checked_cycle,
+    friction_coefficients,
+)
 from ..errors import ModelError, SolverError
 from ..transients.march import mean_state
 
@@ -149,7 +155,7 @@ class _Bolts:
         cycle = self.loaded(amplitudes)
         state = mean_state(self.system, cycle, self.friction, steps=self.steps)
         self.bar.update()
-        loads = [cycle.mean.get(case, 0.0) for case in self.system.bonded]
+        (loads,) = amplitudes_of([cycle.mean], self.system.bonded)
         return np.array(
             [self.system.tension(name, loads, state.slip, state.gap) for name in self.names]
         )

@@ -17,7 +17,7 @@ from ..base import (
     progress_bar,
     warns_of_odd_values,
 )
-from ..contact import LoadCycle, StressMap
+from ..contact import LoadCycle, StressMap, amplitudes_of
 from ..errors import ModelError
 from ..transients.critical_plane import SEARCHED
 from .answers import sentences
@@ -197,8 +197,7 @@ def fatigue_limit(
 
 def _check_mean(cycle: LoadCycle) -> None:
     """ModelError if the mean load is no mean of the loads at the corners."""
-    names = sorted({name for corner in cycle.corners for name in corner})
-    corners = np.array([[corner.get(name, 0.0) for name in names] for corner in cycle.corners])
+    corners = amplitudes_of(cycle.corners)
     relative = corners / np.abs(corners).max(axis=0, initial=np.finfo(float).tiny)
     sums = np.vstack([relative.T, np.ones(len(corners))])
     _, off = scipy.optimize.nnls(sums, np.eye(len(sums))[-1])

@@ -12,7 +12,6 @@ from ..plots.style import (
     FILL,
     SERIES,
     AnyAxes,
-    Look,
     as_is,
     equals,
     legend,
@@ -68,9 +67,11 @@ def _answered(answer: Answer, ax: AnyAxes) -> AnyAxes:
         return together(panels)
     reserve = (answer.friction * p - lengths(q, p))[:, ~answer.open].min(axis=1)
     at = 0 if circles else int(np.argmin(reserve))
-    of_slip: Look = {"at": at, "slip": answer.slip, "opened": answer.open}
     shown = panels if profile is None else [upper]
-    drawn = shear_ratios(shown, answer, q, p, list(map(as_is, names)), circles, what, **of_slip)
+    corners = list(map(as_is, names))
+    drawn = shear_ratios(
+        shown, answer, q, p, corners, circles, what, at, slip=answer.slip, opened=answer.open
+    )
     if profile is None:
         return drawn
     upper.set_xlabel("")

@@ -51,8 +51,9 @@ def lines_or_band(
         # NaN at a node only if all its values are NaN.
         low, high = np.fmin.reduce(values), np.fmax.reduce(values)
         for _, part in parts(nodes):
-            look: Look = {"color": band, "alpha": 0.35, "lw": 0.6, "label": label}
-            ax.fill_between(nodes.x[part], low[part], high[part], **look)
+            ax.fill_between(
+                nodes.x[part], low[part], high[part], color=band, alpha=0.35, lw=0.6, label=label
+            )
             label = None
     looks = {corner: line(number) for number, corner in enumerate(drawn)}
     for corner, look in looks.items():

@@ -68,9 +68,9 @@ def draw_bodies(
         )
 
 
-def axes_of(meshes: Sequence[Mesh], ax: AnyAxes, panels: int = 1) -> tuple[list[Any], Array]:
+def axes_of(meshes: Mapping[str, Mesh], ax: AnyAxes, panels: int = 1) -> tuple[list[Any], Array]:
     """Axes for bodies, and the least and the largest of their coordinates, (2, d)."""
-    points = np.concatenate([mesh.p for mesh in meshes], axis=1)
+    points = np.concatenate([mesh.p for mesh in meshes.values()], axis=1)
     in_space = len(points) == 3
     columns = ceil(panels**0.5)
     width, height = (8.0, 5.4) if in_space else (6.4, 4.8)

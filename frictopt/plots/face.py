@@ -88,8 +88,13 @@ def face_map(
     if names["labels"]:
         # The legend is 30 points below the axes, because the axis labels take this height.
         below = offset_copy(axes.transAxes, axes.figure, y=-30.0, units="points")
-        place: Look = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0)}
-        axes.legend(**names, **place, bbox_transform=below, ncols=1 if several else 2)
+        axes.legend(
+            **names,
+            ncols=1 if several else 2,
+            loc="upper center",
+            bbox_to_anchor=(0.5, 0.0),
+            bbox_transform=below,
+        )
     return together(panels)
 
 
@@ -120,8 +125,8 @@ def _draw_slips(axes: AnyAxes, face: Face, slip: Array, name: str, to_and_fro: b
         look = {"color": BLACK, "linewidth": 0.8}
     arrows(axes, places, on_map, enlarged, zorder=3, **look)
     sign = r"$\leftrightarrow$" if to_and_fro else r"$\rightarrow$"
-    mark: Look = {"linestyle": "none", "marker": sign, "markersize": 11, "color": BLACK}
-    axes.plot([], [], label=f"{name}, longest {longest:.3g} (length)", **mark)
+    label = f"{name}, longest {longest:.3g} (length)"
+    axes.plot([], [], linestyle="none", marker=sign, markersize=11, color=BLACK, label=label)
 
 
 def _label_axes(axes: AnyAxes, face: Face) -> float:

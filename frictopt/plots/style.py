@@ -75,8 +75,7 @@ def screen() -> Any:
     }
     # With this resolution, a picture file is sharp in a report, also without an option of
     # `savefig`.
-    resolution: Look = {"figure.dpi": 150, "savefig.dpi": "figure"}
-    return plt.rc_context({**RC, **sizes, **resolution})
+    return plt.rc_context({**RC, **sizes, "figure.dpi": 150, "savefig.dpi": "figure"})
 
 
 def series(number: int, count: int = 1) -> Look:
@@ -153,8 +152,15 @@ def arrows(axes: AnyAxes, begin: Array, step: Array, enlarged: float = 1.0, **lo
 def rings(axes: AnyAxes, places: Array, areas: Array, label: str | None, color: str) -> None:
     """Draw rings round places (n, d)."""
     if len(places):
-        look: Look = {"facecolors": "none", "edgecolors": color, "linewidths": 1.3, "zorder": 2.8}
-        axes.scatter(*places.T, s=areas, label=label, **look)
+        axes.scatter(
+            *places.T,
+            s=areas,
+            facecolors="none",
+            edgecolors=color,
+            linewidths=1.3,
+            zorder=2.8,
+            label=label,
+        )
 
 
 def spread(points: Array, most: int) -> list[int]:

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from ..base import finite_number, progress_bar, warns_of_odd_values
+from ..contact import lengths
 from ..errors import ModelError
 from ..limits import GuaranteedLimit, GuaranteedModel
 from ..limits.guaranteed import checked_guaranteed
@@ -81,5 +82,4 @@ def after_overload(
 def left_by_overload(limit: GuaranteedLimit, load_factor: float) -> float:
     """The largest slip, length, that one cycle leaves in a contact that has not slipped before."""
     path = march(limit.system, limit.cycle, limit.friction, load_factor, cycles=1)
-    last_slip = path.slip[-1].reshape(limit.system.nodes, -1)
-    return float(np.linalg.norm(last_slip, axis=1).max())
+    return float(lengths(path.slip[-1], path.gap[-1]).max())

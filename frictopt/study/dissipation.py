@@ -25,6 +25,7 @@ from ..base import (
     finite_array,
     finite_numbers,
     flag,
+    frame,
     frozen,
     listed,
     number_of,
@@ -304,20 +305,19 @@ class _Study:
 
     def table(self) -> pd.DataFrame:
         """The runs that have a row, with their shakedown limits if the table shall have them."""
-        records = list[Row]()
-        for run in self.runs:
-            if run.key in self.rows:
-                records.append(shown_row(run, self.rows[run.key], self.limits.get(run.case.key)))
+        records = [
+            shown_row(run, self.rows[run.key], self.limits.get(run.case.key))
+            for run in self.runs
+            if run.key in self.rows
+        ]
         columns = {
             name: dtype
             for name, dtype in SHOWN.items()
             if self.with_limits or name not in LIMIT_COLUMNS
         }
-        table = pd.DataFrame(records, columns=list(columns)).astype(columns)
+        table = frame(records, self.units, list(columns)).astype(columns)
         table.attrs["missing"] = len(self.runs) - len(records)
         table.attrs["per_depth"] = self.per_depth
-        if self.units is not None:
-            table.attrs["units"] = self.units
         return table
 
 

@@ -265,11 +265,11 @@ def _range(search: Search, starts: RangeStarts) -> DissipationRange:
 
 def _follow_starts(search: Search, starts: RangeStarts) -> list[Orbit]:
     """The orbits from all starts. Each group of starts is followed before the next is computed."""
-    orbits = [search.follow(name, slip) for name, slip in starts.simple().items()]
-    orbits += [search.follow(name, slip) for name, slip in starts.under_mean_load.items()]
-    orbits += [search.follow(name, slip) for name, slip in starts.at_corners().items()]
+    orbits = search.follow_all(starts.simple())
+    orbits += search.follow_all(starts.under_mean_load)
+    orbits += search.follow_all(starts.at_corners())
     if not any(orbit.work > 0 for orbit in orbits):
-        orbits += [search.follow(name, slip) for name, slip in starts.witness().items()]
+        orbits += search.follow_all(starts.witness())
     if any(orbit.state is not None and orbit.state.open.any() for orbit in orbits):
         for multiples in starts.multiplied():
             orbits += search.further(multiples)

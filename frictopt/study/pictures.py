@@ -4,7 +4,6 @@ import numpy as np
 import pandas as pd
 
 from ..base import Table
-from ..contact.pictures import panels_of
 from ..plots.along import along
 from ..plots.style import (
     BLACK,
@@ -72,7 +71,7 @@ def _dissipation_range(span: DissipationRange, ax: AnyAxes) -> AnyAxes:
     works = f"$W$ from {span.least:.4g} to {span.most:.4g} {of_work} per cycle found"
     title = rf"$\lambda = {span.most_state.load_factor:.4g}$: {works}"
     if system.tangents == 2:
-        return work_map(panels_of(ax, system), span.most_state, f"{title}\nstate of the most work")
+        return work_map(ax, span.most_state, f"{title}\nstate of the most work")
     panels = new_axes(ax, 2, (6.4, 5.4))
     panels[0].set_title(title)
     along(panels, system, slip_and_work(states))
@@ -98,10 +97,17 @@ def _runs(table: Table, ax: AnyAxes, x: str | None, colour: str | None) -> AnyAx
     markers, colours = _looks(table, "family", "marker"), _looks(table, colour, "color")
     places = runs[x] if pd.api.types.is_numeric_dtype(runs[x]) else runs[x].map(as_is)
     for (family, value), group in runs.groupby(["family", colour], sort=False):
-        look: Look = {"color": colours[value], "marker": markers[family], "mfc": "none"}
-        look["label"] = _name(family) if colour == "family" else None
-        works = group["dissipation"]
-        axes.plot(places[group.index], works, linestyle="none", markersize=5, clip_on=False, **look)
+        axes.plot(
+            places[group.index],
+            group["dissipation"],
+            linestyle="none",
+            marker=markers[family],
+            markersize=5,
+            mfc="none",
+            color=colours[value],
+            clip_on=False,
+            label=_name(family) if colour == "family" else None,
+        )
     if x == "load_ratio":
         axes.axvline(1.0, color=BLACK, lw=0.8, ls="--", zorder=0)
     # A table from a store lacks this attribute. There, exact paths show a contact in the plane.
@@ -113,8 +119,15 @@ def _runs(table: Table, ax: AnyAxes, x: str | None, colour: str | None) -> AnyAx
     if colour != "family":
         title = f"start and\n{_COLUMNS.get(colour, as_is(colour))}"
         for family, marker in markers.items():
-            look = {"color": BLACK, "marker": marker, "mfc": "none", "linestyle": "none"}
-            axes.plot([], [], label=_name(family), **look)
+            axes.plot(
+                [],
+                [],
+                color=BLACK,
+                marker=marker,
+                mfc="none",
+                linestyle="none",
+                label=_name(family),
+            )
         for value, color in colours.items():
             axes.plot([], [], color=color, lw=3, label=_name(value))
     legend(axes, title)

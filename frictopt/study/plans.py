@@ -73,14 +73,10 @@ def read_plan(file: str | Path) -> tuple[dict[str, Any], dict[str, Path]]:
 
 def _files_to_write(path: Path, plan: dict[str, Any]) -> dict[str, Path]:
     """The store, by default beside the plan, and the table and the picture if they are named."""
-    files = {"store": path.with_suffix(".sqlite")}
-    for name in ("store", "table", "picture"):
+    files = {"store": path.parent / plan.get("store", f"{path.stem}.sqlite")}
+    for name, endings in (("table", TABLES), ("picture", ())):
         if name in plan:
-            files[name] = path.parent / plan[name]
-    if "table" in files:
-        files["table"] = output(files["table"], *TABLES)
-    if "picture" in files:
-        files["picture"] = output(files["picture"])
+            files[name] = output(path.parent / plan[name], *endings)
     return files
 
 

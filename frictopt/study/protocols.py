@@ -62,7 +62,7 @@ class TransientsAfter:
     ) -> None:
         self.system = system
         self.cycle = cycle
-        self.friction = np.array(friction_coefficients(friction, system))
+        self.friction = friction_coefficients(friction, system)
         self.protocol = protocol
         self.steps = steps
         self.residual = 0.0

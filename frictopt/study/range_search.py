@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -107,6 +107,7 @@ class Search:
     ) -> None:
         self._question = question
         self._load_factor = load_factor
+        self._asked = question.system, question.cycle, question.friction, load_factor
         self._steps = steps
         self._count_one = count_one
         self.rough = rough
@@ -143,6 +144,10 @@ class Search:
             return self._orbit(name, start, least, most)
         except (NoContinuation, SolverError) as error:
             return Orbit(name, start, None, f"{type(error).__name__}: {error}")
+
+    def follow_all(self, starts: Mapping[str, Array]) -> list[Orbit]:
+        """Follow the transients from named starts."""
+        return [self.follow(name, start) for name, start in starts.items()]
 
     def _orbit(self, name: str, start: Array, least: float, most: int) -> Orbit:
         path = self._path(start).start()
@@ -182,15 +187,8 @@ class Search:
         assert orbit.state is not None
         if not orbit.state.steps:
             return orbit.state
-        question = self._question
         return steady_state(
-            question.system,
-            question.cycle,
-            question.friction,
-            self._load_factor,
-            initial_slip=orbit.start,
-            steps=self._steps,
-            progress=False,
+            *self._asked, initial_slip=orbit.start, steps=self._steps, progress=False
         )
 
     def around(self, orbit: Orbit, least: float) -> list[Orbit]:
@@ -271,15 +269,7 @@ class Search:
         return Ascent(orbit.path, sense, self._question.slip_bound)
 
     def _path(self, start: Array | None) -> ExactPath | SteppedPath:
-        question = self._question
-        return path_of(
-            question.system,
-            question.cycle,
-            question.friction,
-            self._load_factor,
-            start,
-            steps=self._steps,
-        )
+        return path_of(*self._asked, start, steps=self._steps)
 
 
 def _nearly_settled(run: Run) -> Settled | None:

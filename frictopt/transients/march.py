@@ -25,6 +25,7 @@ from ..contact import (
     ContactState,
     ContactSystem,
     LoadCycle,
+    amplitudes_of,
     checked_law,
     parted,
 )
@@ -248,7 +249,7 @@ def amplitudes_at(
     if begin < 0:
         loads.append(cycle.mean)
     loads += [corners[number % len(corners)] for number in range(max(begin, 0), end)]
-    stops = np.array([[load.get(case, 0.0) for case in system.bonded] for load in loads])
+    stops = amplitudes_of(loads, system.bonded)
     if not first:
         stops[0] = np.nan
     times_of_stops = begin + np.arange(len(stops))

@@ -319,7 +319,7 @@ def onset(
     2       1  Q = -1        slip          0.5     0      1
     3       1  Q = -1  separation          inf  <NA>      0
     """
-    coefficients = np.array(friction_coefficients(friction, system))
+    coefficients = friction_coefficients(friction, system)
     show = flag("progress", progress)
     bonded = onset_from(system, checked_cycle(cycle), coefficients)
     if not bonded.mean_opens:

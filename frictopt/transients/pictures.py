@@ -1,6 +1,6 @@
 """Pictures of transients and steady states: loops, history, work along the contact; the onset."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from ..plots.along import along, lines_or_band
 from ..plots.face import face_map
 from ..plots.style import (
     AnyAxes,
-    Look,
     as_is,
     legend,
     line,
@@ -85,7 +84,7 @@ def _steady_state(steady: SteadyState, ax: AnyAxes) -> AnyAxes:
     work = f"{steady.dissipation:.4g} {unit(_WORK, system.per_depth)}"
     if system.tangents == 2:
         title = f"{outcome}, work of friction per cycle {work}"
-        return work_map(panels_of(ax, system), steady, title)
+        return work_map(ax, steady, title)
     panels = new_axes(ax, 3, (6.4, 7.6))
     panels[0].set_title(f"{outcome}, $W$ = {work} per cycle")
     states = steady.states()
@@ -96,8 +95,9 @@ def _steady_state(steady: SteadyState, ax: AnyAxes) -> AnyAxes:
     width, name = traction_axis(system, "traction", "nodal force")
     q, p = states.q[corners] / width, states.p[corners] / width
     lines_or_band(panels[1], system, q, names, prefix="$q$, ", band=series(0)["color"])
-    thin: Look = {"band": series(1)["color"], "lw": 0.5, "alpha": 0.8}
-    lines_or_band(panels[1], system, p, names, prefix="$p$, ", **thin)
+    lines_or_band(
+        panels[1], system, p, names, prefix="$p$, ", band=series(1)["color"], lw=0.5, alpha=0.8
+    )
     panels[1].set_ylabel(name)
     legend(panels[1])
     ranges, works = slip_and_work({"": steady})
@@ -130,12 +130,19 @@ def _load_loop(loop: LoadLoop, ax: AnyAxes) -> AnyAxes:
         middle = (displacement.max() + displacement.min()) / 2
         amplitude = amplitude - stiffness * (displacement - middle)
         y_name = f"{y_name}\nbeyond the secant stiffness"
-    look: Look = {"color": series(0)["color"], "label": f"area {loop.area:.4g} {work}"}
-    axes.plot(displacement, amplitude, **look)
+    label = f"area {loop.area:.4g} {work}"
+    axes.plot(displacement, amplitude, color=series(0)["color"], label=label)
     changes = np.flatnonzero(np.diff(loop.slipping, prepend=loop.slipping[:1]))
-    marks: Look = {"linestyle": "none", "marker": "o", "markersize": 4, "mfc": "white"}
-    marks |= {"color": series(1)["color"], "label": "nodes begin or cease to slip"}
-    axes.plot(displacement[changes], amplitude[changes], **marks)
+    axes.plot(
+        displacement[changes],
+        amplitude[changes],
+        linestyle="none",
+        marker="o",
+        markersize=4,
+        mfc="white",
+        color=series(1)["color"],
+        label="nodes begin or cease to slip",
+    )
     name = as_is(repr(loop.case))
     axes.set_title(f"load case {name}: secant stiffness {stiffness:.4g} {of_stiffness}")
     axes.set(xlabel=x_name, ylabel=y_name)
@@ -143,11 +150,12 @@ def _load_loop(loop: LoadLoop, ax: AnyAxes) -> AnyAxes:
     return axes
 
 
-def work_map(panels: Sequence[AnyAxes], steady: SteadyState, title: str) -> AnyAxes:
+def work_map(ax: AnyAxes, steady: SteadyState, title: str) -> AnyAxes:
     """Work of friction per cycle at each node that closes, and the slip range as arrows.
 
     An arrow has the length and the direction of the largest difference of two slips of the cycle.
     """
+    panels = panels_of(ax, steady.system)
     panels[0].set_title(title)
     states = steady.states()
     return face_map(

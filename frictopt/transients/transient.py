@@ -152,7 +152,7 @@ class Transient(ABC):
             slip = finite_array("initial_slip", initial_slip, system.slip_shape)
         self.load_factor = finite_number("load_factor", load_factor, least=0.0)
         self.nodes = n = system.nodes
-        self.friction = np.array(friction_coefficients(friction, system))
+        self.friction = friction_coefficients(friction, system)
         self.law = contact_law(system, self.friction)
 
         self.mean, *cyclic = reactions(system, [cycle.mean, *cycle.corners])

@@ -35,6 +35,7 @@ from ...contact import (
     ContactLaw,
     ContactSystem,
     LoadCycle,
+    amplitudes_of,
     checked_cycle,
     checked_law,
     contact_law,
@@ -509,12 +510,10 @@ def _forces(
 
 def outer_corners(cycle: LoadCycle) -> list[int]:
     """Corners outside the convex hull of the other corners, by the amplitudes of all load cases."""
-    count = len(cycle.corners)
-    columns = []
-    for loads in (cycle.corners, *([] if cycle.fixed is None else [cycle.fixed])):
-        for case in sorted({case for load in loads for case in load}):
-            columns.append([load.get(case, 0.0) for load in loads])
-    return vertices_of_hull(np.array(columns).reshape(-1, count).T)
+    amplitudes = amplitudes_of(cycle.corners)
+    if cycle.fixed is not None:
+        amplitudes = np.hstack([amplitudes, amplitudes_of(cycle.fixed)])
+    return vertices_of_hull(amplitudes)
 
 
 def vertices_of_hull(points: Array) -> list[int]:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...base import RESIDUAL, Array, Booleans
-from ...contact import LoadCycle, checked_law, off_law
+from ...contact import LoadCycle, amplitudes_of, checked_law, off_law
 from ...contact.diagnosis import in_contact
 from ...contact.history import turning_points
 from ...errors import ModelError, NoContinuation
@@ -39,9 +39,7 @@ def turning_corners(cycle: LoadCycle, load_factor: float = 1.0) -> list[int]:
     has fixed parts.
     """
     corners = cycle.corners if cycle.fixed is None else cycle.at(load_factor)
-    cases = sorted({case for corner in corners for case in corner})
-    amplitudes = [[corner.get(case, 0.0) for case in cases] for corner in corners]
-    return turning_points(np.array(amplitudes))
+    return turning_points(amplitudes_of(corners))
 
 
 class ExactPath(Transient):
