@@ -53,7 +53,7 @@ _OF_MESH = {
     **_OF_ALL,
 }
 _NEEDED = ("materials", "bodies", "contacts", "loads")
-_OF_CYCLE = dict.fromkeys(("mean", "corners", "harmonic", "points"), object)
+_OF_CYCLE = ("mean", "corners", "harmonic", "points")
 _STIFFNESS = ("rigid", "deck")
 _LOADS = {kind.__name__: kind for kind in get_args(Load)}
 _SUPPORTS = {kind.__name__: kind for kind in (Support, Cyclic, *get_args(Coupling))}
@@ -155,13 +155,13 @@ def _joint_of_file(file: Path, elastic: bool, stiffness: str) -> Joint:
         tables = checked_entries(file.name, tables, _OF_DECK)
         deck = file.parent / str(tables["deck"])
         stiffness = choice("stiffness", tables.get("stiffness", stiffness), _STIFFNESS)
-        joint = _joint_of_deck(deck, flag("elastic", tables.get("elastic", elastic)), stiffness)
+        joint = _joint_of_deck(deck, tables.get("elastic", elastic), stiffness)
     elif "mesh" in tables:
         tables = checked_entries(file.name, tables, _OF_MESH, _NEEDED)
         joint = _joint_of_mesh(file, tables)
     else:
         raise ModelError(f"{file.name}: neither deck nor mesh; name the file of one")
-    asked = checked_entries(f"{file.name}: cycle", tables.get("cycle", {}), _OF_CYCLE)
+    asked = by_names(f"{file.name}: cycle: entry", tables.get("cycle", {}), _OF_CYCLE)
     friction = _scatters("friction", tables.get("friction", {}))
     of_report: dict[str, Any] = {
         name: tables[name] for name in ("title", "limits", "correlation_length") if name in tables

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Mapping
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -92,8 +93,7 @@ def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob
     labels = np.asarray(numbers + [0, 1], dtype=np.intp)
     held = np.asarray(full.const + [0, 1], dtype=np.intp)
     # Node and direction as one number: there are at most 6 directions.
-    is_free = ~np.isin(labels @ [10, 1], held @ [10, 1])
-    free = np.flatnonzero(is_free)
+    free = ~np.isin(labels @ [10, 1], held @ [10, 1])
     K = csr_matrix(upper + triu(upper, 1).T)
     archive = None if deck is None else _archive(reader, file_path("deck", deck), held)
     return MatrixJob(K[free][:, free], labels[free], archive)
@@ -127,19 +127,21 @@ def _check_commands(file: Path) -> None:
     """
     lines = text_of(file, "deck").splitlines()
     commands = [line.split(",")[0].strip().upper() for line in lines]
-    blocks = [command for command in commands if command in ("NBLOCK", "EBLOCK")]
-    repeated = next((block for block in blocks if blocks.count(block) > 1), None)
-    if repeated:
-        problem = f"{blocks.count(repeated)} {repeated}, of which one is read"
-    else:
-        change = next((command for command in commands if command[:4] in _CHANGES), None)
-        if change is None:
-            return
-        problem = f"the command {change}, after which the nodes or elements listed are others"
-    raise ModelError(
-        f"deck {file.name}: {problem}; give the archive that CDWRITE,DB writes (not the input "
-        "file of Workbench)"
-    )
+    problems = [
+        f"{commands.count(block)} {block}, of which one is read"
+        for block in ("NBLOCK", "EBLOCK")
+        if commands.count(block) > 1
+    ]
+    problems += [
+        f"the command {command}, after which the nodes or elements listed are others"
+        for command in commands
+        if command[:4] in _CHANGES
+    ]
+    if problems:
+        raise ModelError(
+            f"deck {file.name}: {problems[0]}; give the archive that CDWRITE,DB writes (not the "
+            "input file of Workbench)"
+        )
 
 
 def _archive(reader: Any, file: Path, held: Integers) -> Deck:
@@ -165,7 +167,10 @@ def _archive(reader: Any, file: Path, held: Integers) -> Deck:
         ) from error
     sets = {name.strip().upper(): nodes.tolist() for name, nodes in archive.node_components.items()}
     points = dict(zip(archive.nnum.tolist(), archive.nodes, strict=True))
-    return deck_of_points(points, elements=solids, sets=sets, held=held.tolist())
+    deck = deck_of_points(points, elements=solids, sets=sets)
+    held_nodes = [held[held[:, 1] == direction, 0] for direction in range(1, 7)]
+    is_held = np.column_stack([np.isin(deck.numbers, nodes) for nodes in held_nodes])
+    return replace(deck, held=is_held)
 
 
 def _solids(elements: list[Any], kinds: dict[int, int]) -> dict[str, list[list[int]]]:
@@ -254,13 +259,12 @@ def _dmig(bulk: Any, file: Path, name: str | None) -> tuple[csr_matrix, Integers
     # pyyeti by itself loses lines that follow a comment, and large fields with commas. It needs all
     # cards of a matrix together. First comes the header, the card with 0 in place of a grid point.
     found.sort(key=lambda card: (card.field(1).upper(), card.field(2) != "0"))
-    headers = [card.field(1).upper() for card in found if card.field(2) == "0"]
-    repeated = next((header for header in headers if headers.count(header) > 1), None)
-    if repeated:
-        raise ModelError(
-            f"stiffness: {file.name} has {repeated} {headers.count(repeated)} times; "
-            "give a file of one job"
-        )
+    headers = Counter(card.field(1).upper() for card in found if card.field(2) == "0")
+    for header, count in headers.items():
+        if count > 1:
+            raise ModelError(
+                f"stiffness: {file.name} has {header} {count} times; give a file of one job"
+            )
     text = free_fields(found)
     matrices = by_library(
         "as DMIG, pyyeti", lambda _: bulk.rddmig(StringIO(text)), file, "stiffness"

@@ -38,7 +38,6 @@ class Line:
     data: list[str]
     last: str
     rest: str
-    is_large: bool
 
     @property
     def name(self) -> str:
@@ -54,7 +53,7 @@ def cards(path: Path, what: str, names: tuple[str, ...]) -> list[Card]:
     where = f"{what} {path.name}"
     found: list[Card] = []
     card: Card | None = None
-    previous = Line("", [], "", "", is_large=False)
+    previous = Line("", [], "", "")
     for text in _bulk_data(list(_lines(path, what, path.parent, [])), where):
         line = split(text)
         if line.first.startswith("="):
@@ -66,7 +65,7 @@ def cards(path: Path, what: str, names: tuple[str, ...]) -> list[Card]:
             raise ModelError(
                 f"{where}: the line {text!r} does not continue the line above it; sort the lines"
             )
-        elif previous.is_large and not line.first:
+        elif "*" in previous.first and not line.first:
             # Lines of results in a punch file begin with blanks.
             card = None
         if card is None:
@@ -103,7 +102,7 @@ def split(text: str) -> Line:
         fields = [text[start : start + width].strip() for start in starts] + [text[72:80].strip()]
     fields += [""] * (count + 1 - len(fields))
     rest = "".join(fields[count + 1 :])
-    return Line(first, fields[:count], fields[count], rest, count == 4)
+    return Line(first, fields[:count], fields[count], rest)
 
 
 def _bulk_data(lines: list[str], where: str) -> list[str]:

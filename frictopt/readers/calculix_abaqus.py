@@ -110,7 +110,7 @@ def _stiffness(path: Path, dof: Path, size: int) -> csr_matrix:
             f"stiffness: {path.name} has rows {first:g} to {last:g}, {dof.name} has "
             f"{number_of(size, 'label')}; {remedy}"
         )
-    return symmetric(row - 1, column - 1, value.astype(np.float64), size)
+    return symmetric(row - 1, column - 1, value, size)
 
 
 def _check_deck(path: Path) -> None:
@@ -264,7 +264,7 @@ def _assembled(file: Path) -> tuple[csr_matrix, Integers]:
     )
     labels, place = np.unique(ends, axis=0, return_inverse=True)
     row, column = np.split(place.ravel(), 2)
-    K = symmetric(row, column, value.astype(np.float64), len(labels))
+    K = symmetric(row, column, value, len(labels))
     coupled = row != column
     free = np.unique(np.concatenate([row[coupled], column[coupled]]))
     return K[free][:, free], labels[free]

@@ -256,21 +256,19 @@ class Deck(Shown):
         """
         kinds = sorted({block.kind for block in self.elements if block.kind.startswith(PLANES)})
         axisymmetric = [kind for kind in kinds if kind.startswith("CAX")]
-        if axisymmetric and axisymmetric != kinds and not self._in_space:
+        if not axisymmetric or self._in_space:
+            return False
+        if axisymmetric != kinds:
             raise ModelError(
                 f"deck: elements {', '.join(kinds)}; give plane elements or axisymmetric ones (CAX)"
             )
-        if not axisymmetric or self._in_space:
-            return False
         self._check_radii()
         return True
 
     def _check_radii(self) -> None:
         """Check that x, the radius of axisymmetric elements, is not negative beyond rounding."""
-        rows = np.unique(
-            np.concatenate(
-                [block.nodes.ravel() for block in self.elements if block.kind.startswith("CAX")]
-            )
+        rows = np.concatenate(
+            [block.nodes.ravel() for block in self.elements if block.kind.startswith("CAX")]
         )
         radii = self.points[rows, 0]
         least = int(radii.argmin())
@@ -293,7 +291,7 @@ class Deck(Shown):
             wedges or hexahedra, linear or quadratic.
         """
         solids = self._with_faces
-        unknown = sorted({block.kind for block in solids if shape_of(block.kind) is None})
+        unknown = sorted({block.kind for block in self.without_faces})
         if unknown:
             raise ModelError(
                 f"deck: elements of type {', '.join(unknown)}; give solids, {', '.join(SHAPES)} "

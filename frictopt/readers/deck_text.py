@@ -206,11 +206,12 @@ class _Instance:
                 for name in _NAMES[block.keyword]:
                     if parameters.get(name):
                         parameters[name] = f"{self.name}.{parameters[name]}"
-                yield replace(block, parameters=parameters, lines=[*self._lines(block)])
+                yield replace(block, parameters=parameters, lines=[*self.lines(block)])
             else:
                 yield block
 
-    def _lines(self, block: Block) -> Iterator[str]:
+    def lines(self, block: Block) -> Iterator[str]:
+        """The lines of a block of the part, with the numbers and names of this instance."""
         for line in block.lines:
             if block.keyword == "NODE":
                 yield self._moved(line)
@@ -351,8 +352,7 @@ def _of_assembly(block: Block, instances: dict[str, _Instance]) -> Block:
         if instance is None:
             raise ModelError(f"{block.title} names an unknown instance; repair it")
         # Only the lines of the block belong to the instance; its name belongs to the assembly.
-        (lines,) = replace(instance, blocks=[block]).flat()
-        return replace(block, lines=lines.lines)
+        return replace(block, lines=[*instance.lines(block)])
 
     def numbered(match: re.Match[str]) -> str:
         owner = instances.get(match[1].upper())

@@ -77,7 +77,6 @@ def deck_of_file(file: Path) -> Deck:
         contents = by_library("meshio", meshio.read, file, "mesh", remedy)
 
     elements: list[Elements] = []
-    starts: list[int] = []
     count = 0
     for block in contents.cells:
         if ending in _EXODUS and block.type in _MIXED_UP_IN_EXODUS:
@@ -85,16 +84,15 @@ def deck_of_file(file: Path) -> Deck:
                 f"mesh {file.name}: {block.type}: meshio mixes up the middle nodes of these bricks "
                 "of Exodus files; write the mesh in another format, for instance .vtu or .inp"
             )
-        starts.append(count)
         numbers = count + np.arange(len(block.data))
         elements.append(Elements(block.type, numbers, block.data))
         count += len(block.data)
 
     if is_gmsh:
-        groups = groups_of_gmsh(file, contents, starts)
+        groups = groups_of_gmsh(file, contents, elements)
         elements, groups = without_copies(elements, groups)
     else:
-        groups = _groups(contents, starts)
+        groups = _groups(contents, elements)
 
     points = np.pad(contents.points, ((0, 0), (0, 3 - contents.points.shape[1])))
     return Deck(
@@ -126,24 +124,24 @@ def _ends_last(block: Elements) -> Elements:
     return block._replace(nodes=block.nodes[:, [0, 2, 1]])
 
 
-def _groups(contents: Any, starts: list[int]) -> Groups:
+def _groups(contents: Any, elements: list[Elements]) -> Groups:
     """Groups of any format except gmsh: sets, families of Salome, numbered groups."""
     groups: Groups = defaultdict(list)
     for name, blocks in contents.cell_sets.items():
-        for start, members in zip(starts, blocks, strict=True):
-            groups[name].append(start + np.asarray(members, dtype=np.intp))
+        for block, places in zip(elements, blocks, strict=True):
+            groups[name].append(block.numbers[np.asarray(places, dtype=np.intp)])
 
     for number, names in getattr(contents, "cell_tags", {}).items():
-        for start, tags in zip(starts, contents.cell_data["cell_tags"], strict=True):
+        for block, tags in zip(elements, contents.cell_data["cell_tags"], strict=True):
             for name in names:
-                groups[name].append(start + np.flatnonzero(tags == number))
+                groups[name].append(block.numbers[tags == number])
 
     for title, blocks in contents.cell_data.items():
         if title.split(":")[-1] not in _NUMBERS_OF_GROUPS:
             continue
-        for start, numbers in zip(starts, blocks, strict=True):
-            for number, elements in _members(numbers).items():
-                groups[f"{number:.0f}"].append(start + elements)
+        for block, of_groups in zip(elements, blocks, strict=True):
+            for number, members in _members(block, of_groups).items():
+                groups[f"{number:.0f}"].append(members)
     return groups
 
 
@@ -173,33 +171,33 @@ def check_version(file: Path) -> None:
         )
 
 
-def groups_of_gmsh(file: Path, contents: Any, starts: list[int]) -> Groups:
+def groups_of_gmsh(file: Path, contents: Any, elements: list[Elements]) -> Groups:
     """Physical groups: by name, or by number if they have none.
 
-    `contents` are what meshio reads, `starts` the number of the first element of each block. meshio
-    keeps only one dimension of each name, and one group of each entity, so both are read here.
+    `contents` are what meshio reads, and `elements` the elements of its blocks. meshio keeps only
+    one dimension of each name, and one group of each entity, so both are read here.
     """
     raw = file.read_bytes()
     names = _names(raw)
     entities = _groups_of_entities(file, raw)
     groups: Groups = defaultdict(list)
     numbered = set[_Key]()
-    for i, (start, block) in enumerate(zip(starts, contents.cells, strict=True)):
+    dimensions = [block.dim for block in contents.cells]
+    for i, (dim, block) in enumerate(zip(dimensions, elements, strict=True)):
         if entities:
             # A block of version 4.1 has the elements of one entity.
             entity = int(contents.cell_data["gmsh:geometrical"][i][0])
-            all_elements = np.arange(len(block.data))
-            members = dict.fromkeys(entities[block.dim, entity], all_elements)
+            members = dict.fromkeys(entities[dim, entity], block.numbers)
         elif "gmsh:physical" in contents.cell_data:
             # A minus means that a group contains an entity reversed.
-            members = _members(np.abs(contents.cell_data["gmsh:physical"][i]))
+            members = _members(block, np.abs(contents.cell_data["gmsh:physical"][i]))
         else:
             members = {}
-        for number, elements in members.items():
-            numbered.add((block.dim, number))
-            groups[names.get((block.dim, number), str(number))].append(start + elements)
+        for number, in_group in members.items():
+            numbered.add((dim, number))
+            groups[names.get((dim, number), str(number))].append(in_group)
 
-    _check_groups_have_elements(names, numbered, max(block.dim for block in contents.cells), file)
+    _check_groups_have_elements(names, numbered, max(dimensions), file)
     return groups
 
 
@@ -212,11 +210,11 @@ def _names(raw: bytes) -> dict[_Key, str]:
     }
 
 
-def _members(numbers: Integers) -> dict[int, Integers]:
-    """Number of each group, above 0 -> those elements of a block that are in the group."""
+def _members(block: Elements, of_groups: Integers) -> dict[int, Integers]:
+    """Number of each group, above 0 -> the elements of a block that are in it, by their numbers."""
     return {
-        number: np.flatnonzero(numbers == number)
-        for number in np.unique(numbers[numbers > 0]).tolist()
+        number: block.numbers[np.flatnonzero(of_groups == number)]
+        for number in np.unique(of_groups[of_groups > 0]).tolist()
     }
 
 
@@ -266,7 +264,6 @@ def without_copies(elements: list[Elements], groups: Groups) -> tuple[list[Eleme
     distinct = []
     for kind, numbers, nodes in elements:
         is_first = same[numbers] == numbers
-        if is_first.any():
-            distinct.append(Elements(kind, numbers[is_first], nodes[is_first]))
+        distinct.append(Elements(kind, numbers[is_first], nodes[is_first]))
     members = {name: [np.unique(same[np.concatenate(parts)])] for name, parts in groups.items()}
     return distinct, members

@@ -118,11 +118,9 @@ def _range(row: list[str]) -> range:
 def _surface(listing: DeckListing, block: Block) -> None:
     """*SURFACE: nodes, or faces of elements, or surfaces that it combines."""
     name = block.parameters["NAME"]
-    problem = _problem_of_surface(block)
-    if problem:
-        raise ValueError(
-            f"{problem}; name faces (S1, S2, ...) or nodes (TYPE=NODE), or remove the surface"
-        )
+    unread = _unread_parameter(block.parameters)
+    if unread:
+        raise ValueError(f"{unread} is not read; {_NAME_FACES}")
     if not block.lines:
         listing.empty_surfaces.append(name)
         return
@@ -138,42 +136,33 @@ def _surface(listing: DeckListing, block: Block) -> None:
         listing.faces.setdefault(name, []).extend(faces)
 
 
+_NAME_FACES = "name faces (S1, S2, ...) or nodes (TYPE=NODE), or remove the surface"
 # Parameters by which a surface has only a part of its faces.
 _CUTTING = ("TRIM", "CROP", "CUTTINGSURFACE")
 
 
-def _problem_of_surface(block: Block) -> str:
-    """Why a surface is not read; empty if it is read."""
-    parameters = block.parameters
+def _unread_parameter(parameters: Mapping[str, str]) -> str:
+    """The parameter for which a surface is not read; empty if it is read."""
     kind = parameters.get("TYPE", "ELEMENT")
     combine = parameters.get("COMBINE", "UNION")
     if kind not in ("NODE", "ELEMENT"):
-        return f"TYPE={kind} is not read"
+        return f"TYPE={kind}"
     if combine != "UNION":
-        return f"COMBINE={combine} is not read"
-    for parameter in _CUTTING:
-        if parameters.get(parameter, "NO") != "NO":
-            return f"{parameter} is not read"
-    if kind == "NODE" or "COMBINE" in parameters:
-        return ""
-    return next(filter(None, map(_problem_of_face, block.lines)), "")
-
-
-def _problem_of_face(line: str) -> str:
-    where, *face = entries(line)
-    if not where:
-        return "a line without an element set means the whole model"
-    if face and not re.fullmatch("(S[1-6])?", face[0].upper()):
-        return f"{face[0].upper()} is no face of a solid"
-    return ""
+        return f"COMBINE={combine}"
+    cutting = (name for name in _CUTTING if parameters.get(name, "NO") != "NO")
+    return next(cutting, "")
 
 
 def _face(line: str) -> tuple[str, int]:
     """Element or element set, and the number of its face; `FREE` if the line names no face."""
-    where, *face = entries(line)
-    if face and face[0]:
-        return where, int(face[0][1:])
-    return where, FREE
+    where, label, *_ = [*entries(line.upper()), ""]
+    if not where:
+        raise ValueError(f"a line without an element set means the whole model; {_NAME_FACES}")
+    if not label:
+        return where, FREE
+    if not re.fullmatch("S[1-6]", label):
+        raise ValueError(f"{label} is no face of a solid; {_NAME_FACES}")
+    return where, int(label[1:])
 
 
 def _solid_section(listing: DeckListing, block: Block) -> None:

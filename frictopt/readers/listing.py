@@ -1,7 +1,6 @@
 """The content of the blocks of a deck, by numbers and names, and the `Deck` made from it."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -43,16 +42,14 @@ CONSTRAINING = (
 
 def deck_of_points(
     points: Mapping[int, ArrayLike],
-    elements: Mapping[str, Sequence[Sequence[int]]] = MappingProxyType({}),
+    elements: Mapping[str, list[list[int]]] = MappingProxyType({}),
     sets: Mapping[str, Sequence[int]] = MappingProxyType({}),
     element_sets: Mapping[str, Sequence[int]] = MappingProxyType({}),
-    held: Iterable[Sequence[int]] = (),
 ) -> Deck:
-    """A deck of nodes, which may also have elements, sets of both, and held displacements.
+    """A deck of nodes, which may also have elements and sets of both.
 
     `points` maps the number of a node to its coordinates, (2,) or (3,). `elements` maps a type of
-    elements to the number and nodes of each element. `held` lists node and direction, from 1, of
-    each held displacement.
+    elements to the number and nodes of each element.
     """
     listing = DeckListing()
     for name, point in points.items():
@@ -63,23 +60,15 @@ def deck_of_points(
                 f"deck: node {node} has {number_of(len(coordinates), 'coordinate')}; "
                 "give two or three"
             )
-        listing.nodes[node] = coordinates
+        listing.nodes[node] = [*coordinates, 0.0][:3]
     if not listing.nodes:
         raise ModelError("deck: no nodes; give number of a node -> its coordinates")
-    listing.elements_by_type = [
-        (kind, [list(row) for row in rows]) for kind, rows in elements.items()
-    ]
+    listing.elements_by_type = list(elements.items())
     for set_name, nodes in sets.items():
         listing.node_sets.add(set_name, map(str, nodes))
     for set_name, members in element_sets.items():
         listing.element_sets.add(set_name, map(str, members))
-    deck = listing.deck()
-    row_of_node = {node: row for row, node in enumerate(listing.nodes)}
-    is_held = np.array(deck.held)
-    for node, direction in held:
-        if direction <= 6 and node in row_of_node:
-            is_held[row_of_node[node], direction - 1] = True
-    return replace(deck, held=is_held)
+    return listing.deck()
 
 
 class Sets:
@@ -130,7 +119,7 @@ class DeckListing:
     """
 
     def __init__(self) -> None:
-        # number of a node -> coordinates
+        # number of a node -> its three coordinates
         self.nodes: dict[int, list[float]] = {}
         # number of an element -> numbers of its nodes
         self.elements: dict[int, list[int]] = {}
@@ -154,7 +143,7 @@ class DeckListing:
     def deck(self) -> Deck:
         """The deck, with rows of nodes in place of numbers of nodes."""
         row_of_node = {node: row for row, node in enumerate(self.nodes)}
-        points = frozen([(*point, 0.0, 0.0, 0.0)[:3] for point in self.nodes.values()])
+        points = frozen([*self.nodes.values()])
         sets = self._sets(row_of_node)
         held, constraints = constraints_of(self.constraint_blocks, row_of_node, sets)
 

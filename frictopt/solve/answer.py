@@ -163,7 +163,7 @@ def contradictions(program: Arrays) -> Iterator[Array]:
     """
     width, zero, linear = len(program.cost), program.zero, program.linear
     not_negative = csr_array(-np.eye(1, width + 1 + len(program.block), width))
-    arrays = _least_raise(program, program.right, not_negative, np.zeros(1), equations=True)
+    arrays = _least_raise(_without_equations(program), not_negative, np.zeros(1))
     for solutions in _optima(arrays):
         # The polished solution comes first, because it proves more.
         for x, y in reversed(solutions):
@@ -206,11 +206,9 @@ def without_optimum(program: Arrays, outcome: str) -> tuple[Array | None, float]
     If `-cost @ x` grows without end, the proof is given as None, with its error. Otherwise it is
     the multipliers of `infeasible`. The outcome that a solver reported is tried first.
     """
-    for prove in (unbounded, infeasible) if outcome == UNBOUNDED else (infeasible, unbounded):
-        found = prove(program)
-        if found is not None:
-            return found
-    return None
+    if outcome == UNBOUNDED:
+        return unbounded(program) or infeasible(program)
+    return infeasible(program) or unbounded(program)
 
 
 def unbounded(program: Arrays) -> tuple[None, float] | None:
@@ -244,7 +242,7 @@ def _inside(program: Arrays, right: Array, cost: Array | None = None) -> Iterato
     if cost is not None:
         bounds[1, :width] = cost
     bound_right = np.array([1.0, -1.0][: len(bounds)])
-    arrays = _least_raise(program, right, csr_array(bounds), bound_right)
+    arrays = _least_raise(replace(program, right=right), csr_array(bounds), bound_right)
     # The search ends if it is proven that all values leave some slack this far outside of its cone.
     # Rounding could then hide only values more than a hundred thousand times their units.
     outside = 1e-3
@@ -265,34 +263,36 @@ def _optima(program: Arrays) -> Iterator[list[tuple[Array, Array]]]:
             yield [solution for _, solution in _solutions(form, *rough)]
 
 
-def _least_raise(
-    program: Arrays, right: Array, bounds: csr_array, bound_right: Array, equations: bool = False
-) -> Arrays:
+def _without_equations(program: Arrays) -> Arrays:
+    """The program with two opposite linear rows in place of each equation."""
+    sparse, right = program.sparse, program.right
+    zero, linear = program.zero, program.linear
+    return replace(
+        program,
+        sparse=csr_array(vstack([sparse[:linear], -sparse[:zero], sparse[linear:]])),
+        right=np.r_[right[:linear], -right[:zero], right[linear:]],
+        zero=0,
+        sizes=np.r_[np.ones(2 * zero, dtype=int), program.sizes],
+    )
+
+
+def _least_raise(program: Arrays, bounds: csr_array, bound_right: Array) -> Arrays:
     """The program that minimises one more unknown, by which all slacks in cones are raised.
 
-    `bounds` are further linear rows. With `equations`, the slack of each equation may also be
-    raised or lowered by this unknown.
+    `bounds` are further linear rows.
     """
-    width, zero, linear = len(program.cost), program.zero, program.linear
-    raised = np.zeros((len(right), 1))
-    raised[program.heads] = -1.0
-    opposite = program.sparse[:0]
-    if equations:
-        raised[:zero] = -1.0
-        opposite = -program.sparse[:zero]
-    rows = vstack([program.sparse[:linear], opposite, program.sparse[linear:]])
-    column = np.r_[raised[:linear], -np.ones((opposite.shape[0], 1)), raised[linear:]]
-    with_raise = csr_array(hstack([rows[:, :width], csr_array(column), rows[:, width:]]))
-    first = linear + opposite.shape[0]
-    cones = program.sizes[program.sizes > 1]
-    count = first + len(bound_right) - (0 if equations else zero)
+    sparse, right = program.sparse, program.right
+    width, linear = len(program.cost), program.linear
+    column = np.zeros((len(right), 1))
+    column[program.heads] = -1.0
+    raised = csr_array(hstack([sparse[:, :width], csr_array(column), sparse[:, width:]]))
     return Arrays(
-        sparse=csr_array(vstack([with_raise[:first], bounds, with_raise[first:]])),
+        sparse=csr_array(vstack([raised[:linear], bounds, raised[linear:]])),
         block=np.hstack([program.block, np.zeros((len(program.block), 1))]),
-        right=np.r_[right[:linear], -right[: first - linear], bound_right, right[linear:]],
+        right=np.r_[right[:linear], bound_right, right[linear:]],
         cost=np.eye(1, width + 1, width)[0],
-        zero=0 if equations else zero,
-        sizes=np.r_[np.ones(count, dtype=int), cones],
+        zero=program.zero,
+        sizes=np.r_[np.ones(len(bound_right), dtype=int), program.sizes],
     )
 
 

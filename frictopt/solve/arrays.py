@@ -369,7 +369,6 @@ def dense_rows(
     matrix: Array,
     constants: Array,
     unit: Array,
-    nodes: Integers | None = None,
 ) -> Rows:
     """Make n rows or cones of one size, in the units (n,), from all their weights.
 
@@ -380,8 +379,7 @@ def dense_rows(
     sizes = np.full(n, len(matrix) // n)
     at, quantities = np.nonzero(matrix)
     weights = matrix[at, quantities]
-    nodes = none if nodes is None else nodes
-    return Rows(label, kind, sizes, at, quantities, weights, constants, unit, none, nodes)
+    return Rows(label, kind, sizes, at, quantities, weights, constants, unit, none, none)
 
 
 class Stacked(NamedTuple):

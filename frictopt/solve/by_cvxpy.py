@@ -6,22 +6,21 @@ import cvxpy as cp
 import numpy as np
 
 from ..base import Attempt
-from .solvers import OPTIONS, SOLVERS, failed
+from ..errors import SolverError
+from .solvers import OPTIONS, SOCP, SOLVERS
 
-# Statuses that cvxpy reports. Every other status is a failure.
+# Statuses that cvxpy reports for an optimum.
 _OPTIMAL = (cp.OPTIMAL, cp.OPTIMAL_INACCURATE)
-_NO_OPTIMUM = (cp.INFEASIBLE, cp.UNBOUNDED, cp.settings.INFEASIBLE_OR_UNBOUNDED)
 
 
-def solve(problem: cp.Problem, residual: Callable[[], float], kind: str) -> tuple[Attempt, ...]:
-    """Solve an unreduced program by cvxpy, with the first solver that finds an optimum.
+def solve(problem: cp.Problem, residual: Callable[[], float]) -> tuple[Attempt, ...]:
+    """Solve an unreduced cone program by cvxpy, with the first solver that finds an optimum.
 
     Returns all attempts. `residual` returns the residual of the values of the problem's variables.
-    It is recorded and not compared with a tolerance. If all solvers agree that there is no optimum,
-    the error is a `NoOptimum`.
+    It is recorded and not compared with a tolerance. SolverError if no solver finds an optimum.
     """
-    attempts, agreed = list[Attempt](), True
-    for name in SOLVERS[kind]:
+    attempts = list[Attempt]()
+    for name in SOLVERS[SOCP]:
         if name not in OPTIONS:  # this solver takes only arrays
             continue
         outcome = _run(problem, name)
@@ -29,8 +28,7 @@ def solve(problem: cp.Problem, residual: Callable[[], float], kind: str) -> tupl
         attempts.append(Attempt(name, outcome, residual() if is_optimal else np.inf))
         if is_optimal and not np.isnan(attempts[-1].residual):
             return tuple(attempts)
-        agreed = agreed and outcome in _NO_OPTIMUM
-    raise failed(kind, np.inf, attempts, agreed)
+    raise SolverError("no solver of cvxpy finds an optimum")
 
 
 def _run(problem: cp.Problem, name: str) -> str:

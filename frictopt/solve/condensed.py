@@ -40,9 +40,7 @@ class Condensed:
         eliminated = (rows[:, width:], rows[:, self._pivots])
         # Stored by columns, because the equations of a step multiply its transpose.
         self.block = np.empty((len(dense) + zero, len(self._remaining)), order="F")
-        self.block[: len(dense)] = program.block[:, self._remaining]
-        if zero:
-            self.block[: len(dense)] += dense @ self._rest
+        self.block[: len(dense)] = program.block[:, self._remaining] + dense @ self._rest
         self.block[len(dense) :] = self._rest
         self.sparse = csr_array(hstack([remaining, *eliminated]))
         self.right = (
@@ -66,10 +64,10 @@ class Condensed:
         x = np.empty(len(program.cost))
         x[self._remaining] = y
         x[self._pivots] = self._start + self._rest @ y
-        off = program.cost + columns(program.sparse[program.zero :], program.block, z)
-        of_equations = np.zeros(program.zero)
-        of_equations[self._equations] = -np.linalg.solve(self._square.T, off[self._pivots])
-        return x, np.concatenate([of_equations, z])
+        multipliers = np.concatenate([np.zeros(program.zero), z])
+        off = program.cost + program.columns(multipliers)
+        multipliers[self._equations] = -np.linalg.solve(self._square.T, off[self._pivots])
+        return x, multipliers
 
 
 def _independent(equations: Array, right: Array) -> Integers:

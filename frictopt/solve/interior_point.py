@@ -51,7 +51,7 @@ def interior_point(program: Arrays, above: float = -np.inf) -> tuple[str, Array,
         condensed = Condensed(program)
         with np.errstate(over="raise", divide="raise", invalid="raise"):  # an ArithmeticError
             above += condensed.constant
-            status, y, z, _ = _solved(condensed, Cones(program.sizes), above)
+            status, y, z = _solved(condensed, Cones(program.sizes), above)
     # Rounding has stopped the steps, or equations are linearly dependent.
     except (ArithmeticError, np.linalg.LinAlgError) as error:
         return str(error), np.zeros(len(program.cost)), np.zeros(len(program.right))
@@ -78,7 +78,7 @@ class _Point(NamedTuple):
 
 
 class _Residuals:
-    """Errors of a point in the equations of the embedding, and the mean work of its cones.
+    """A point, its errors in the equations of the embedding, and the mean work of its cones.
 
     `bound` is the bound of the objective that the multipliers prove if they balance exactly;
     `proven` includes their error of balance. `error` is the error of the point as a solution.
@@ -86,6 +86,7 @@ class _Residuals:
     """
 
     def __init__(self, program: Condensed, point: _Point, degree: int) -> None:
+        self.point = point
         h, c = program.right, program.objective
         y, s, z, tau, kappa = point
         columns = program.columns(z)
@@ -119,10 +120,10 @@ class _Best(NamedTuple):
     error: float = np.inf
     stalled: int = 0
 
-    def after(self, point: _Point, error: float) -> "_Best":
-        stalled = 0 if error < self.error / 2 else self.stalled + 1
-        if error < self.error:
-            return _Best(point, error, stalled)
+    def after(self, off: _Residuals) -> "_Best":
+        stalled = 0 if off.error < self.error / 2 else self.stalled + 1
+        if off.error < self.error:
+            return _Best(off.point, off.error, stalled)
         return _Best(self.point, self.error, stalled)
 
 
@@ -133,44 +134,34 @@ def _accepted(stalled: int) -> float:
     return _ENOUGH * (_SLACK if stalled else 1.0)
 
 
-class _NoOptimum(NamedTuple):
-    """The best proof so far that there is no optimum: its status, its point, and its error."""
-
-    status: str
-    point: _Point
-    lack: float
-
-
-def _solved(
-    program: Condensed, cones: Cones, above: float = -np.inf
-) -> tuple[str, Array, Array, int]:
-    """Status in Clarabel's words, y, z, and the number of steps."""
+def _solved(program: Condensed, cones: Cones, above: float) -> tuple[str, Array, Array]:
+    """Status in Clarabel's words, y and z."""
     # At first the work of all cones together is 1, the size of the objective. If it were 1 for each
     # cone, many more steps would be needed only to reduce it.
     work = 1 / cones.degree
     at = _Point(np.zeros(len(program.objective)), cones.unit, work * cones.unit, 1.0, work)
     best = _Best(at)
-    no_optimum = _NoOptimum("", at, np.inf)
+    no_optimum: _Residuals | None = None  # the best proof that there is no optimum
     newton: _Newton | None = None
     through_block = begins_through_block(program)
-    step = 0
-    for step in range(_STEPS):
+    for _ in range(_STEPS):
         off = _Residuals(program, at, cones.degree)
         if newton is not None:
-            at, off = newton.corrected(at, off, above)
+            off = newton.corrected(off, above)
+        at = off.point
         ending = at.tau <= _NONE * at.kappa
-        if off.lack < no_optimum.lack:
-            no_optimum = _NoOptimum(off.without_optimum, at, off.lack)
-        if no_optimum.lack <= (_NEARLY if ending else _ENOUGH):
-            return no_optimum.status, no_optimum.point.y, no_optimum.point.z, step
+        if off.lack < (no_optimum.lack if no_optimum else np.inf):
+            no_optimum = off
+        if no_optimum and no_optimum.lack <= (_NEARLY if ending else _ENOUGH):
+            return no_optimum.without_optimum, no_optimum.point.y, no_optimum.point.z
         if off.proven <= above:
-            return "AlmostSolved", at.y / at.tau, at.z / at.tau, step
-        best = best.after(at, off.error)
+            return "AlmostSolved", at.y / at.tau, at.z / at.tau
+        best = best.after(off)
         if best.error <= _accepted(best.stalled) or ending or not np.isfinite(off.error):
             break
         newton = None  # its matrices are not needed beside the matrices of the next step
         try:
-            newton = _Newton(program, cones, at, off, through_block)
+            newton = _Newton(program, cones, off, through_block)
             at = newton.stepped()
             through_block = newton.equations.through_block
         except (ArithmeticError, np.linalg.LinAlgError):
@@ -179,20 +170,16 @@ def _solved(
         raise ArithmeticError("rounding leaves no step towards an optimum")
     status = "Solved" if best.error <= _ENOUGH else "AlmostSolved"
     point = best.point
-    return status, point.y / point.tau, point.z / point.tau, step
+    return status, point.y / point.tau, point.z / point.tau
 
 
 class _Newton:
     """Newton's directions at a point."""
 
     def __init__(
-        self,
-        program: Condensed,
-        cones: Cones,
-        at: _Point,
-        off: _Residuals,
-        through_block: bool,
+        self, program: Condensed, cones: Cones, off: _Residuals, through_block: bool
     ) -> None:
+        at = off.point
         self._program = program
         self._cones = cones
         self._at = at
@@ -240,24 +227,24 @@ class _Newton:
         s = tau * program.right - (1 - share) * off.primal - program.rows(y)
         return _Point(y, s, z, tau, -(number + at.kappa * tau) / at.tau)
 
-    def corrected(self, at: _Point, off: _Residuals, above: float) -> tuple[_Point, _Residuals]:
-        """A point and its residuals; near the end its rows and multipliers are corrected.
+    def corrected(self, off: _Residuals, above: float) -> _Residuals:
+        """The residuals of a point; near the end its rows and multipliers are corrected.
 
         The correction has a direction of its own. As a part of a whole step it would be lost in the
         rounding.
         """
         late = off.apart <= _MENDED * _ENOUGH or off.bound <= above
         if not late or not off.error > _ENOUGH:
-            return at, off
+            return off
         try:
-            mended = self._mended(at, off)
-            residuals = _Residuals(self._program, mended, self._cones.degree)
+            mended = _Residuals(self._program, self._mended(off), self._cones.degree)
         except ArithmeticError:  # at the boundary of a cone
-            return at, off
-        return min((at, off), (mended, residuals), key=lambda pair: pair[1].error)
+            return off
+        return min(off, mended, key=lambda either: either.error)
 
-    def _mended(self, at: _Point, off: _Residuals) -> _Point:
+    def _mended(self, off: _Residuals) -> _Point:
         """The point after a correction of the errors of its rows and multipliers."""
+        at = off.point
         y, z = self._solve(-off.dual, -off.primal)
         way = _Point(y, -off.primal - self._program.rows(y), z, 0.0, 0.0)
         longest = _longest_in_cones(Scaling(self._cones, at.s, at.z), way)

@@ -2,7 +2,6 @@
 
 import copy
 import re
-from collections.abc import Mapping
 from functools import partial
 from typing import Any, TypeAlias
 
@@ -41,10 +40,10 @@ class Problem(cp.Problem):  # type: ignore[misc]  # cvxpy does not say its type
         return "\n".join(_line(kind, numbers) for (kind, _), numbers in numbers_of.items())
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _again, (self.objective, self.constraints, self.status, self.value)
+        return _again, (self.objective, self.constraints, self.status)
 
     def __deepcopy__(self, memo: dict[Any, Any]) -> "Problem":
-        return _again(self.objective, self.constraints, self.status, self.value, memo)
+        return _again(self.objective, self.constraints, self.status, memo)
 
 
 def _line(kind: str, numbers: list[str]) -> str:
@@ -56,7 +55,7 @@ def _line(kind: str, numbers: list[str]) -> str:
 
 
 def _again(
-    objective: Any, constraints: list[cp.Constraint], status: str, value: float, memo: Any = None
+    objective: Any, constraints: list[cp.Constraint], status: str, memo: Any = None
 ) -> Problem:
     """A copy of a problem whose unknowns have new numbers.
 
@@ -71,22 +70,17 @@ def _again(
                 delattr(part, name)
         parts += part.args
     problem = Problem(objective, constraints)
-    if status in ("optimal", "optimal_inaccurate"):
-        values = {part.id: part.value for part in problem.variables()}
-        problem.unpack(Solution(status, value, values, {}, {}))
+    if status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
+        set_optimal(problem, status)
     elif status in (cp.INFEASIBLE, cp.UNBOUNDED):
         set_no_optimum(problem, status)
     return problem
 
 
-def set_optimal(problem: cp.Problem) -> None:
+def set_optimal(problem: cp.Problem, status: str = cp.OPTIMAL) -> None:
     """Give a problem whose unknowns and multipliers have values the status of an optimum."""
     values = {part.id: part.value for part in problem.variables()}
-    multipliers = {
-        dual.id: dual.value for row in problem.constraints for dual in row.dual_variables
-    }
-    value = float(problem.objective.value)
-    problem.unpack(Solution(cp.OPTIMAL, value, values, multipliers, {}))
+    problem.unpack(Solution(status, problem.objective.value, values, {}, {}))
 
 
 def set_no_optimum(problem: cp.Problem, status: str) -> None:
@@ -99,7 +93,8 @@ def set_no_optimum(problem: cp.Problem, status: str) -> None:
     low = isinstance(problem.objective, cp.Maximize) == (status == cp.INFEASIBLE)
     problem.unpack(Solution(status, -np.inf if low else np.inf, {}, {}, {}))
     if status == cp.INFEASIBLE:
-        put_back(multipliers)
+        for dual, value in multipliers.items():
+            dual.save_value(value)
 
 
 def printed_as(expression: cp.Expression, name: str) -> cp.Expression:
@@ -118,12 +113,6 @@ def label_of(row: cp.Constraint) -> str:
 def dual_of(row: cp.Constraint) -> Any:
     """The multiplier of a row; of a cone, the multiplier of its bound."""
     return row.dual_value[0] if isinstance(row, cp.SOC) else row.dual_value
-
-
-def put_back(values: Mapping[cp.Variable, Any]) -> None:
-    """Put these values back into their unknowns and multipliers."""
-    for part, value in values.items():
-        part.save_value(value)
 
 
 def duals(problem: cp.Problem) -> Duals:

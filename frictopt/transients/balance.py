@@ -33,7 +33,7 @@ def force_rows(law: ContactLaw, shear_unit: Array, node_unit: Array, axes: int) 
     others = np.flatnonzero(~pressed)
     pressure = [[(axes * n + others, np.ones(len(others)))]]
     constant = np.zeros(len(others))
-    rows = [rows_of("pressed", LINEAR, pressure, constant, node_unit[others], nodes=others)]
+    rows = [rows_of("pressed", LINEAR, pressure, constant, node_unit[others])]
     for term in law.terms:
         nodes = term.nodes
         ones = np.ones(len(nodes))
@@ -41,10 +41,10 @@ def force_rows(law: ContactLaw, shear_unit: Array, node_unit: Array, axes: int) 
         constant, unit = term.constant[nodes], shear_unit[nodes]
         if axes == 1:
             sides = [[[(nodes, -sign * ones), *bound]] for sign in (1.0, -1.0)]
-            rows += [rows_of(term.row, LINEAR, side, constant, unit, nodes=nodes) for side in sides]
+            rows += [rows_of(term.row, LINEAR, side, constant, unit) for side in sides]
         else:
             shear = [[(axis * n + nodes, ones)] for axis in range(axes)]
-            rows.append(rows_of(term.row, CONE, [bound, *shear], constant, unit, nodes=nodes))
+            rows.append(rows_of(term.row, CONE, [bound, *shear], constant, unit))
     return rows
 
 
@@ -55,8 +55,7 @@ def balance_rows(V: Array, r0: Array, r1: Array, sizes: Array) -> Rows:
     of the works.
     """
     works = np.column_stack([V.T, -(V.T @ r1)])
-    every = np.arange(len(works))
-    return dense_rows("balance", EQUATION, works, -(V.T @ r0), sizes, nodes=every)
+    return dense_rows("balance", EQUATION, works, -(V.T @ r0), sizes)
 
 
 def distance_row(V: Array, load: Array, size: float) -> Rows:

@@ -72,7 +72,7 @@ def changed(**changes):
 def without_plain_cvxpy(monkeypatch):
     """Let plain cvxpy find nothing as the last resort."""
 
-    def nothing(problem, residual, kind):
+    def nothing(problem, residual):
         raise SolverError("nothing")
 
     monkeypatch.setattr(last_resort, "solve", nothing)

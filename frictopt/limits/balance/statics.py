@@ -398,5 +398,5 @@ def _friction_rows(
         axes = [[(axis * n + nodes, np.ones(len(nodes)))] for axis in range(system.tangents)]
         at_rest = (slope * at_zero + constant)[nodes]
         units = np.full(len(nodes), force)
-        rows.append(rows_of(term.row, CONE, [bound, *axes], at_rest, units, nodes=nodes))
+        rows.append(rows_of(term.row, CONE, [bound, *axes], at_rest, units))
     return rows

@@ -18,7 +18,7 @@ from ...base import RESIDUAL, Array, SolveRecord
 from ...errors import SolverError
 from ...solve.arrays import CONE, Rows, polish
 from ...solve.by_cvxpy import solve
-from ...solve.solvers import SOCP, C
+from ...solve.solvers import C
 from ..program.assembled import shakedown
 from ..program.question import Question
 from ..program.rest_program import RestProgram
@@ -53,7 +53,7 @@ def by_plain_cvxpy(
         return claims[0].residual
 
     try:
-        attempts = solve(problem, residual, SOCP)
+        attempts = solve(problem, residual)
     except SolverError:
         raise error from None
     if not claims[0].residual <= RESIDUAL:

@@ -19,7 +19,6 @@ from ...contact import ContactSystem, checked_law, joined, most_shear, parted
 from ...errors import ModelError, SolverError
 from ...solve.by_cvxpy import solve
 from ...solve.problem import Problem, printed_as
-from ...solve.solvers import SOCP
 from ..transient import OPEN
 from .increment import Increment, Posed
 from .newton import Law
@@ -91,7 +90,7 @@ def with_frozen_bounds(system: ContactSystem, law: Law, trial: Array) -> Iterato
     for _ in range(_MOST_PROGRAMS):
         problem.param_dict["bound"].value = bound
         try:
-            solve(problem, lambda: 0.0, SOCP)
+            solve(problem, lambda: 0.0)
         except SolverError:
             return
         u = np.array(problem.var_dict["u"].value)
