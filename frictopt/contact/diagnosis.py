@@ -7,7 +7,6 @@ from numpy.typing import ArrayLike
 
 from ..base import CONDENSATION, Array, Booleans, number_of
 from ..base.checks import Names
-from .law import lengths
 from .system import ContactSystem
 
 
@@ -90,37 +89,6 @@ def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: 
             f"{total((friction * p)[nodes]):.3g}"
         )
     return ", ".join(texts)
-
-
-def growth_diagnosis(
-    friction: Array, corners: tuple[Array, Array], slipped: tuple[Array, Array], rounding: float
-) -> str:
-    """Explain why the load may grow without end.
-
-    `corners` are the cyclic reactions at the corners, shear (K, N) or (K, N, 2) and normal (K, N).
-    `slipped` are the reactions of the slip that grows with the load. Forces up to `rounding` count
-    as zero.
-    """
-    if not any(part.any() for part in corners):
-        return "the corners carry no load"
-    if _within_friction(friction, *corners, rounding):
-        return "at no node does the cyclic shear exceed f p, so the residual slip stays bounded"
-    locking = ""
-    if _within_friction(friction, *slipped, rounding):
-        locking = (
-            f" and wedges the contact tighter (self-locking with f = {float(friction.max()):g})"
-        )
-    return (
-        f"a slip that grows with the load keeps every node within its friction bound{locking}; "
-        "if assembly cannot leave a slip of this size, pass slip_bound"
-    )
-
-
-def _within_friction(f: Array, q: Array, p: Array, rounding: float) -> bool:
-    """Whether all reactions obey the friction bound and press, up to rounding."""
-    sticks = (lengths(q, p) <= f * p + rounding).all()
-    presses = (p >= -rounding).all()
-    return bool(sticks and presses)
 
 
 def open_nodes(system: ContactSystem, p: Array) -> Booleans | None:

@@ -1,12 +1,9 @@
-"""Algebra of the stiffness of a contact: checks, springs in series, overlaps, open nodes."""
-
-from collections.abc import Sequence
+"""Algebra of the stiffness of a contact: checks, springs in series, overlaps."""
 
 import numpy as np
 
-from ..base import CONDENSATION, ROUNDING, Array, Booleans, unresisted
+from ..base import CONDENSATION, ROUNDING, Array
 from ..errors import ModelError
-from .components import joined
 
 
 def symmetrised(name: str, matrix: Array) -> Array:
@@ -110,28 +107,3 @@ def overlapping(S: Array, R: Array, L: Array, D: Array) -> tuple[Array, Array]:
     held[np.abs(held) <= ROUNDING * (np.abs(normal) @ np.abs(D))] = 0.0
     p = R[-len(D) :]
     return R + held, L - D.T @ p - p.T @ D - D.T @ held[-len(D) :]
-
-
-def following(
-    S: Array, sizes: Array, open_nodes: Booleans, bonded: Sequence[tuple[Array, Array]]
-) -> Array | None:
-    """(M, M) compliance of the open nodes, which carry no force; zero elsewhere.
-
-    The result is None if nothing resists some motion of the open nodes while the closed nodes are
-    held, and a load excites this motion or the motion changes a gap.
-    """
-    components = np.tile(open_nodes, len(S) // len(open_nodes))
-    free, inverse = unresisted(S[np.ix_(components, components)], sizes[components])
-
-    # A free motion is harmless if no load excites it, and if it changes no gap.
-    excited = [np.abs(free[-int(open_nodes.sum()) :]).max(initial=0.0)]
-    for pair in bonded:
-        r = joined(*pair)
-        work = r[components] @ free / (np.abs(r).max() or 1.0)
-        excited.append(np.abs(work).max(initial=0.0))
-    if max(excited) > CONDENSATION:
-        return None
-
-    compliance = np.zeros_like(S)
-    compliance[np.ix_(components, components)] = inverse
-    return compliance

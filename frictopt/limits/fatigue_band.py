@@ -39,7 +39,7 @@ from .program.rest_program import is_held
 from .program.rest_slips import Rests, SteadyCycles
 from .safe_slip import safe_slip_of_question
 from .search.stress_levels import DRAWN, End, Stresses, StressLevels, tensors_at_rest
-from .shakedown import shakedown_limit
+from .shakedown import limit_of_question
 
 Parameter: TypeAlias = Literal["SWT", "Findley", "Fatemi_Socie", "Matake", "Crossland", "Dang_Van"]
 
@@ -388,9 +388,7 @@ def _set_of(
             tensors = tensors_at_rest(safe._question, stress_map, load_factor)
             return Rests(safe._question, load_factor), tensors, np.zeros(system.slip_shape)
         if question.slip_bound is not None or not _differ_by_constants(question):
-            limit = shakedown_limit(
-                system, cycle, question.friction, slip_bound=question.slip_bound
-            )
+            limit = limit_of_question(question, None, False)
             raise ModelError(
                 f"load_factor: {load_factor:g} has no state of rest: the shakedown limit is "
                 f"{limit.load_factor:.6g}; reduce the load factor, or without a slip bound give an "

@@ -291,8 +291,8 @@ def _statics(question: Question) -> GrossSlip:
     if not N.size:
         return _held_by_supports(question)
     corners = outer_corners(question.cycle)
+    r1 = question.bonded[1]
     # Gaps do no work in rigid motions.
-    r1 = reactions(system, question.cycle.corners)
     r0 = np.broadcast_to(reactions(system, question.cycle.unscaled), r1.shape)
 
     upper = [corner_answer(CornerQuestion(question, N, k, r0[k], r1[k], 1.0)) for k in corners]
@@ -399,7 +399,7 @@ def _with_self_stress(statics: GrossSlip, question: Question) -> GrossSlip:
     if statics._asked is None or np.isnan(statics.load_factor) or not friction.any():
         return statics
     N = system.rigid_motions
-    if not any(drives(N, r) for r in reactions(system, question.cycle.corners)):
+    if not any(drives(N, r) for r in question.bonded[1]):
         return statics
     forces = self_stress(system, friction, N)
     if forces is None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass, replace
 from functools import cached_property
-from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -77,7 +76,6 @@ class SafeByFriction:
     def __init__(self, question: Question, load_factor: float, events: bool, bar: Bar) -> None:
         self.question = question
         self.load_factor = load_factor
-        self.started = perf_counter()
         # The areas are the same for every friction above 0.
         self.areas = moving_areas_at(question, load_factor)
         self._bar = bar
@@ -517,7 +515,7 @@ def _answer(
     return RequiredFriction(
         load_factor=safe_slips.load_factor,
         slip=enough.slip,
-        record=enough.record.joined(others, safe_slips.started),
+        record=enough.record.joined(others, safe_slips.question.started),
         _question=enough._question,
         required=required,
         bound=bound,
@@ -636,7 +634,7 @@ def _infinite(
     return RequiredFriction(
         load_factor=safe_slips.load_factor,
         slip=np.full(question.system.slip_shape, np.nan),
-        record=record.joined([], safe_slips.started),
+        record=record.joined([], safe_slips.question.started),
         _question=replace(question, friction=question.friction * np.inf),
         required=np.inf,
         bound=np.inf,

@@ -137,7 +137,7 @@ class Rays:
 
         Nodes that open and close have other mechanisms, whose lines do not bound a region.
         """
-        question = pose(self.system, cycle, self.friction, question_name="shakedown_limit")
+        question = pose(self.system, cycle, self.friction)
         if self.open_nodes is None:
             return limit_of_any_set(question)
         return limit_of_question(question, self.open_nodes, events=False)

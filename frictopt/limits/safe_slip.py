@@ -25,7 +25,7 @@ from .answers.reasons import safe_slip_reason
 from .events.lift_off import LiftOff
 from .events.ordered import ordered_program, read_solution, solved_program
 from .program import assembled
-from .program.question import Question, pose, with_open
+from .program.question import Question, pose
 from .program.solution import Solution, solve
 from .rest_intervals import safe_with_moving_areas
 from .search.order_search import best_with_events
@@ -140,12 +140,9 @@ def safe_slip_of_question(
     if closed is not None and closed.exists:
         return closed
     limit = limit_of_any_set(question, start_by=load_factor, enough=enough)
-    open_nodes = limit.open
     safe = closed
-    if safe is None or open_nodes.any():
-        opened = with_open(question, open_nodes)
-        assert opened is not None  # it has a limit
-        safe = safe_slip_of_set(opened, load_factor)
+    if safe is None or limit.open.any():
+        safe = safe_slip_of_set(limit._question, load_factor)
     if safe.exists or not events:
         return safe
     return _with_events(limit, load_factor) or safe

@@ -18,7 +18,6 @@ from numpy.typing import ArrayLike
 
 from ..base import (
     FLOOR,
-    GROWN,
     RESIDUAL,
     ZERO_LOAD_FACTOR,
     Array,
@@ -34,12 +33,11 @@ from ..base import (
 )
 from ..base.checks import finite_number, flag, flags, whole_number
 from ..contact import ContactProducts, ContactSystem, LoadCycle
-from ..contact.diagnosis import growth_diagnosis
 from ..errors import ModelError, ModelWarning, NoContinuation, SolverError
 from ..solve.solvers import INFEASIBLE, UNBOUNDED, NoOptimum
 from . import rest_intervals
 from .answers.answered import answered
-from .answers.reasons import shakedown_reason
+from .answers.reasons import cause_of_growth, shakedown_reason
 from .answers.sentences import BETWEEN, CHOSEN, CONTRADICTED, STOPPED_WIDE
 from .answers.shakedown_answer import ShakedownAnswer
 from .between.cones import (
@@ -67,7 +65,6 @@ from .program.solution import (
     Mechanism,
     NotAbove,
     Solution,
-    Solved,
     contradiction,
     growth,
     solve,
@@ -225,10 +222,9 @@ def limit_of_question(
 
 def limit_of_all_openings(question: Question) -> ShakedownLimit | None:
     """The limit for all openings and closings, if loads alone decide them; else None."""
-    moving = rest_intervals.limit_of_moving_areas(question, limit_of_set)
-    if moving is None and rest_intervals.knows_all_pieces(question):
-        return rest_intervals.up_to_last_rest(question, limit_of_any_set(question), limit_of_set)
-    return moving
+    if moving_areas(question) is None and not rest_intervals.knows_all_pieces(question):
+        return None
+    return limit_of_question(question, None, False)
 
 
 def limit_of_any_set(
@@ -351,8 +347,7 @@ def _all_intervals(question: Question) -> Array:
         found = [(rest.least, rest.largest) for rest in rests]
         if not found or found[0][0] > 0:
             # The walk misses an interval that begins at 0 and ends before its first step.
-            limit = limit_of_any_set(question)
-            limit = rest_intervals.up_to_last_rest(question, limit, limit_of_set)
+            limit = limit_of_question(question, None, False)
             if not limit.least:
                 found.insert(0, (0.0, limit.load_factor))
         return np.array(found).reshape(-1, 2)
@@ -544,7 +539,7 @@ def without_limit(program: RestProgram) -> ShakedownLimit | None:
         question,
         LimitKind.UNBOUNDED,
         residual,
-        _why="" if program.constraints else _cause_of_growth(solved),
+        _why="" if program.constraints else cause_of_growth(solved),
         constraints=program.constraints,
         _solved=solved,
     )
@@ -569,17 +564,6 @@ def _nothing_is_safe(program: RestProgram) -> ShakedownLimit | None:
         _why=why,
         constraints=program.constraints if rows else (),
         _solved=replace(claim.solved("shakedown"), status=INFEASIBLE),
-    )
-
-
-def _cause_of_growth(solved: Solved) -> str:
-    """The reason that the load may grow without end, from the slip that grows with it."""
-    question = solved.question
-    return growth_diagnosis(
-        question.friction,
-        (question.q1, question.p1),
-        question.reactions_of_slip(solved.values["slip"] / solved.values["load_factor"]),
-        GROWN * question.mean_bound / question.load_unit,
     )
 
 

@@ -97,9 +97,8 @@ class SafeModel:
         self._x = unknowns(system.slip_shape, range(len(question.r1)))
         self.load_factor = self._x.load_factor
         self.slip = self._x.slip
-        q = list(self._x.q.values())
-        self.q = printed_as(cp.vstack(q) if system.tangents == 1 else cp.stack(q, axis=0), "q")
-        self.p = printed_as(cp.vstack(list(self._x.p.values())), "p")
+        self.q = printed_as(cp.stack(list(self._x.q.values()), axis=0), "q")
+        self.p = printed_as(cp.stack(list(self._x.p.values()), axis=0), "p")
         self._complete()
 
     def _complete(self) -> None:
@@ -329,25 +328,21 @@ class ShakedownModel(SafeModel):
 
 def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
     """The row of a friction in the table of a sweep."""
-    plane = limit.system.tangents == 1
+    largest: dict[str, Any] = {"node": -1, "direction": 0}
+    if limit.system.tangents > 1:
+        largest = {"node": -1, "slip1": 0.0, "slip2": 0.0}
     if len(limit.mechanism):
-        first = limit.mechanism.iloc[0].to_dict()
-    elif plane:
-        first = {"node": -1, "direction": 0}
-    else:
-        first = {"node": -1, "slip1": 0.0, "slip2": 0.0}
-    row = {
+        (largest,) = limit.mechanism[list(largest)].head(1).to_dict("records")
+    return {
         "friction": float(np.mean(friction)),
         "load_factor": limit.load_factor,
         "least": limit.least,
         "bound": limit.bound,
         "residual": limit.residual,
         "friction_rate": float(limit.friction_rate.sum()),
-        "node": int(first["node"]),
+        **largest,
+        "solver": limit.record.solver,
     }
-    for sense in ("direction",) if plane else ("slip1", "slip2"):
-        row[sense] = first[sense]
-    return row | {"solver": limit.record.solver}
 
 
 class GuaranteedModel(SafeModel):

@@ -3,15 +3,13 @@
 import copy
 import re
 from functools import partial
-from typing import Any, TypeAlias
+from typing import Any
 
 import cvxpy as cp
 import numpy as np
 from cvxpy.reductions.solution import Solution
 
 from ..base import RESIDUAL, Array
-
-Duals: TypeAlias = tuple[tuple[str, Array], ...]
 
 
 class Problem(cp.Problem):  # type: ignore[misc]  # cvxpy does not say its type
@@ -115,14 +113,14 @@ def dual_of(row: cp.Constraint) -> Any:
     return row.dual_value[0] if isinstance(row, cp.SOC) else row.dual_value
 
 
-def duals(problem: cp.Problem) -> Duals:
-    """The multipliers of the rows of a problem, with the names of the rows."""
+def duals(problem: cp.Problem) -> dict[str, Array]:
+    """The multipliers of the rows of a problem, by the names of the rows."""
     rows = [(row, dual_of(row)) for row in problem.constraints]
-    return tuple(
-        (label_of(row), np.atleast_1d(np.array(dual, dtype=float)))
+    return {
+        label_of(row): np.atleast_1d(np.array(dual, dtype=float))
         for row, dual in rows
         if dual is not None
-    )
+    }
 
 
 def problem_lines(problem: cp.Problem, value: float | None) -> list[str]:

@@ -104,7 +104,7 @@ def test_a_witness_off_its_bounds_is_not_accepted(monkeypatch):
 
     # The unknowns are the load factor and the residual shear forces, which begin at the mean load.
     question = pose(contact, CYCLE, 0.6)
-    shear = (contact.A @ inside + question.q0[0]) / question.shear_unit
+    shear = (contact.A @ inside + question.r0[0, 0]) / question.shear_unit
 
     def lie(program, x, y):
         if is_critical(program) and x[0] * question.load_unit <= right.load_factor * (1 + 1e-9):

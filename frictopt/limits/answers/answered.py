@@ -38,7 +38,6 @@ from ...contact import (
     ContactState,
     ContactSystem,
     LoadCycle,
-    contact_law,
     lengths,
     most_shear,
     parted,
@@ -394,7 +393,7 @@ class Proven(Answered, Explained):
         from ..printed.listing import problem_of
 
         solved = self._solved
-        rows = {} if solved is None else {**dict(duals(problem_of(solved))), **solved.own}
+        rows = {} if solved is None else {**duals(problem_of(solved)), **solved.own}
         if not rows:
             kinds = {"row": str, "corner": int, "node": int, "component": int, "multiplier": float}
             return pd.DataFrame(columns=list(kinds)).astype(kinds)
@@ -405,7 +404,7 @@ class Proven(Answered, Explained):
         corner = _OF_CORNER.fullmatch(name)
         values = dual.reshape(len(dual), int(np.prod(dual.shape[1:])))
         node, component = (index.ravel() for index in np.indices(values.shape))
-        for term in contact_law(self.system, self.friction).terms[1:]:
+        for term in self._question.law.terms[1:]:
             if name.startswith(term.row):
                 node = term.nodes[node]
         columns = {

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...base import ROUNDING, Array, LimitKind, number_of, place
-from ...contact import ContactProducts, ContactSystem
+from ...base import GROWN, ROUNDING, Array, LimitKind, number_of, place
+from ...contact import ContactProducts, ContactSystem, lengths
 from ...contact.diagnosis import in_contact
 from ...transients.statics import unscaled_diagnosis
 from ..events.lift_off import may_open_and_close, path_of
@@ -13,6 +13,7 @@ from ..guarantee.critical_search import NodeClaim
 from ..moving.moving_areas import MovingAreas
 from ..program.question import Question
 from ..program.rest_program import is_held
+from ..program.solution import Solved
 from .answered import Proven
 from .sentences import (
     AT_EVERY_LOAD,
@@ -302,6 +303,34 @@ def _others(limit: ShakedownAnswer) -> str:
     elif limit._question.static and not limit.best_of_all:
         others += STATIC
     return others
+
+
+def cause_of_growth(solved: Solved) -> str:
+    """Why the load may grow without end, from the slip that grows with it."""
+    question = solved.question
+    friction = question.friction
+    # Forces up to this size count as zero.
+    rounding = GROWN * question.mean_bound / question.load_unit
+
+    def is_within_friction(q: Array, p: Array) -> bool:
+        """Whether all reactions obey the friction bound and press, up to rounding."""
+        sticks = (lengths(q, p) <= friction * p + rounding).all()
+        return bool(sticks and (p >= -rounding).all())
+
+    if not question.r1.any():
+        return "the corners carry no load"
+    if is_within_friction(question.q1, question.p1):
+        return "at no node does the cyclic shear exceed f p, so the residual slip stays bounded"
+    locking = ""
+    slip = solved.values["slip"] / solved.values["load_factor"]
+    if is_within_friction(*question.reactions_of_slip(slip)):
+        locking = (
+            f" and wedges the contact tighter (self-locking with f = {float(friction.max()):g})"
+        )
+    return (
+        f"a slip that grows with the load keeps every node within its friction bound{locking}; "
+        "if assembly cannot leave a slip of this size, pass slip_bound"
+    )
 
 
 def guaranteed_reason(

@@ -103,12 +103,10 @@ class LeastSlip(Kept):
         ModelError
             Other shapes, or numbers that are not finite.
         """
-        slip = finite_array("slip", slip, self.g.shape)
-        by_slip = float(np.sum(self.g * slip))
-        if gap is None:
-            return by_slip
-        gap = finite_array("gap", gap, self.h.shape)
-        return by_slip + float(np.sum(self.h * gap))
+        total = np.sum(self.g * finite_array("slip", slip, self.g.shape))
+        if gap is not None:
+            total += np.sum(self.h * finite_array("gap", gap, self.h.shape))
+        return float(total)
 
     def to_frame(self) -> Any:
         """The nodes that must slip, largest weight first.

@@ -336,7 +336,7 @@ def _of_scenarios(
     program = RestProgram(
         questions,
         {"load_factor": first.load_unit, **choice.units(first), **units, **own_units},
-        np.vstack([np.broadcast_to(each.start, each.rate.shape) for each in questions]),
+        np.vstack([each.start for each in questions]),
         effects,
         slip_of=slip_of,
     )

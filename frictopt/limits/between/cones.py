@@ -190,7 +190,7 @@ def cones_of(question: Question) -> Cones:
         rows[:, -1] *= slope
         return rows
 
-    start = sides(np.broadcast_to(question.start, question.rate.shape)[corners])
+    start = sides(question.start[corners])
     start[:, -1] += np.concatenate(constants)
     rate = sides(question.rate[corners] * question.load_unit)
     return Cones(

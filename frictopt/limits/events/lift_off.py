@@ -71,7 +71,7 @@ def places_on(question: Question, path: LoadPath) -> Array:
     if path.closed:
         return np.arange(len(question.r1), dtype=float)
     first, last = path.stops
-    load = np.hstack([part for part in question.bonded if len(part) > 1])
+    load = np.hstack(question.bonded)
     along = load[last] - load[first]
     return np.asarray((load - load[first]) @ along / (along @ along))
 
@@ -304,8 +304,7 @@ class LiftOff(Question):
 
     def at_instants(self, load_factor: float) -> Array:
         """See `Question.at_instants`."""
-        at_corners = super().at_instants(load_factor)
-        return self.weights @ np.broadcast_to(at_corners, self.bonded[1].shape)
+        return np.asarray(self.weights @ super().at_instants(load_factor))
 
     def by_corner(self, moves: Array) -> Array:
         """Motions at the corners; the ends of a segment share the motions at its events."""
@@ -414,9 +413,8 @@ def _blends(corners: Sequence[Mapping[str, float]], weights: Array) -> list[dict
 def varying(question: LiftOff, segment: int) -> tuple[bool, bool]:
     """Whether the loads at load factor 0, and the scaled loads, vary along a segment."""
     first, last = question.path.segments[segment]
-    at_zero, scaled = question.bonded
-    fixed_varies = len(at_zero) > 1 and bool((at_zero[first] != at_zero[last]).any())
-    return fixed_varies, bool((scaled[first] != scaled[last]).any())
+    fixed, scaled = (bool((part[first] != part[last]).any()) for part in question.bonded)
+    return fixed, scaled
 
 
 def fields_of(question: Question) -> dict[str, Any]:

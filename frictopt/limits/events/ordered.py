@@ -65,7 +65,7 @@ def forces_of_order(question: LiftOff, load_factor: float | None, about: About |
     response_of = np.zeros(count, dtype=int)
     for m, (instant, of_set) in enumerate(zip(question.at, question.sets, strict=True)):
         corner = question.path.stops[instant.segment]
-        start[m] = of_set.start[corner if of_set.fixed else 0]
+        start[m] = of_set.start[corner]
         rate[m] = of_set.rate[corner]
         # Instants with the same open nodes and episodes share one response.
         first_episode = question.episodes[m] <= 0
@@ -160,8 +160,7 @@ def _changes(question: LiftOff, m: int) -> tuple[Array, Array]:
     """Changes of the forces from the first to the last corner of the segment of an event."""
     first, last = question.path.segments[question.at[m].segment]
     of_set = question.sets[m]
-    at_zero = of_set.start[last] - of_set.start[first] if of_set.fixed else 0.0 * of_set.start[0]
-    return at_zero, of_set.rate[last] - of_set.rate[first]
+    return of_set.start[last] - of_set.start[first], of_set.rate[last] - of_set.rate[first]
 
 
 def _touch_without_force(program: RestProgram, question: LiftOff) -> None:

@@ -260,7 +260,8 @@ def load_factor_bounds(question: Question) -> Array:
     a = total_slip / unit  # (N, N)
     fa = question.friction[:, None] * total_slip / unit
     shear, bound = needed(question.friction, question.q1, question.p1)
-    resistance_terms = np.array([_work(d, question.q0[0]), fa * question.p0[0][:, None]])
+    r0 = question.r0[0]  # (t + 1, N)
+    resistance_terms = np.array([_work(d, r0[:-1].T), fa * r0[-1][:, None]])
     drive_terms = _work(d, shear) + a * bound[:, None]
     if nodes > 1:
         corners = zip(question.q1, question.p1, strict=True)

@@ -79,14 +79,14 @@ def critical_states(question: Question) -> list[list[CriticalState]]:
             forward = next(k for k in corners if q[k, i] < 0)
             backward = next(k for k in corners if q[k, i] > 0)
             corners = (forward, backward)
-        at_zero = -np.r_[question.q0[0, i], question.p0[0, i]]
+        at_zero = -question.r0[0, :, i]
         states[i].append(CriticalState(i, corners, at_zero, np.r_[shear[i], bound[i] / f[i]]))
     return states
 
 
 def _states_of_pairs(question: Question) -> list[list[CriticalState]]:
     """The critical states in the plane if the corners differ at load factor 0."""
-    q0, p0 = question.q0, question.p0
+    q0, p0 = question.r0.swapaxes(0, 1)
     q1, p1 = question.q1, question.p1
     fp0 = question.friction * p0
     fp1 = question.friction * p1

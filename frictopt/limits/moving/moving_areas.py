@@ -218,7 +218,7 @@ class MovingAreas(Question):
 
         Index 0 is the part at load factor 0, index 1 the rate with the load factor.
         """
-        return self.path.loads(np.broadcast_to(self.r0, self.r1.shape), self.r1)
+        return self.path.loads(self.r0, self.r1)
 
     @cached_property
     def unsolved(self) -> Array:
@@ -382,7 +382,7 @@ def has_all_states(question: Question) -> bool:
         return isinstance(question, MovingAreas) and question.alone
     if not scales_shear_alone(question):
         return False
-    pressure = np.broadcast_to(question.r0, question.r1.shape)[:, -1]
+    pressure = question.r0[:, -1]
     pressed = pressure + np.roll(pressure, -1, axis=0) > CONDENSATION * question.force
     return bool((pressed | question.open_nodes).all())
 
@@ -430,7 +430,7 @@ def areas_near(question: Question, load_factor: float) -> MovingAreas:
 
 def _areas(question: Question, path: PathPiece, alone: bool, near: float) -> MovingAreas:
     nodes = question.system.nodes
-    shear = path.loads(np.broadcast_to(question.r0, question.r1.shape), question.r1)[:, :, :-1]
+    shear = path.loads(question.r0, question.r1)[:, :, :-1]
     rim = rim_of(question.S[:-nodes, :-nodes], shear, path.at_instant)
     fields = fields_of(question) | {"open_nodes": ~path.at_instant.after.any(axis=0)}
     return MovingAreas(**fields, path=path, rim=rim, alone=alone, near=near, told_at=near)

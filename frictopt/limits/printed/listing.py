@@ -16,13 +16,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
-from typing import Any, TypeAlias
+from typing import Any
 
 import cvxpy as cp
 import numpy as np
 
 from ...base import Array
-from ...contact import contact_law
 from ...solve.problem import Problem, set_no_optimum, set_optimal
 from ...solve.solvers import OPTIMAL
 from ..balance.statics import CornerQuestion
@@ -75,29 +74,22 @@ def _multipliers(name: str, solved: Solved) -> Any:
     if name in solved.multipliers:
         return solved.multipliers[name]
     question = solved.question
-    n = question.system.nodes
-    moves = solved.moves
-    opened = question.open_nodes if question.compliance is not None else np.zeros(n, dtype=bool)
-    parts = {
-        "q": moves[:, :-n],
-        "p": np.where(opened, 0.0, moves[:, -n:]),
-        "gap": moves[:, -n:][:, opened],
-    }
+    parts = dict(zip(("q", "p", "gap"), question.parts(solved.moves.T), strict=True))
     total = _OF_ALL_CORNERS.fullmatch(name)
     if total is not None:
-        return parts[{"w": "gap"}.get(total[1], total[1])].sum(axis=0)
+        return parts[{"w": "gap"}.get(total[1], total[1])].sum(axis=1)
     match = _OF_CORNER.fullmatch(name)
     if match is None:
         return None
     kind, corner = match[1], int(match[2])
     if kind in parts:
-        return parts[kind][corner]
+        return parts[kind][:, corner]
     # Rows that other rows imply have no multipliers.
-    by_node = solved.multipliers.get(kind, np.zeros_like(moves[:, :n]))[corner]
+    by_node = solved.multipliers.get(kind, np.zeros_like(parts["p"].T))[corner]
     for term in question.law.terms:
         if term.row == kind:
             return by_node[term.nodes]
-    return by_node[opened] if kind == "apart" else by_node
+    return by_node[question.open_nodes] if kind == "apart" else by_node
 
 
 def ordered(solved: Solved) -> cp.Problem:
@@ -112,7 +104,9 @@ def ordered(solved: Solved) -> cp.Problem:
         given = cp.Constant(values["load_factor"], name="load_factor")
     x = unknowns(slip_shape, range(len(question.sets)), given)
     f = models.friction(question.friction)
-    friction = models.stuck if margin is None else _inside(question, margin)
+    friction = partial(stuck, law=question.law)
+    if margin is not None:
+        friction = _inside(question, margin)
     touching = {
         m: sorted(instant.switching)
         for m, instant in enumerate(question.at)
@@ -137,9 +131,7 @@ def ordered(solved: Solved) -> cp.Problem:
         problem = models.shakedown(x, listed)
     else:
         problem = models.safe_slip(margin, listed)
-    known = {variable.name(): variable for variable in problem.variables()}
-    filled = {known[name]: value for name, value in values.items() if name in known}
-    filled |= dict(zip(way, values["ways"], strict=True))
+    filled = _values_by_name(problem, values) | dict(zip(way, values["ways"], strict=True))
     on_events = _multipliers_of_events(question, solved, touching)
     whole = replace(solved, multipliers={**solved.multipliers, **on_events})
     fill(problem, [*shared, problem.constraints[-1]], whole, filled)
@@ -181,12 +173,10 @@ def _parts(
 def _inside(question: Question, margin: cp.Variable) -> partial[list[Row]]:
     """The friction rows with a margin. Nodes have no reserve at their events or while open."""
     sticks = question.statuses[0]
-    suffixes = [""] * len(question.r1)
-    if isinstance(question, LiftOff):
-        suffixes = [f"[{m}]" for m in range(len(sticks))]
     spare: dict[int, cp.Expression] = {}
     press: dict[int, cp.Expression] = {}
-    for k, suffix in enumerate(suffixes):
+    for k in range(len(question.names)):
+        suffix = f"[{k}]" if isinstance(question, LiftOff) else ""
         has_reserve = sticks[k % len(sticks)]
         bound, pressure = question.mean_bound * has_reserve, question.mean_pressure * has_reserve
         spare[k] = times(margin, constant(bound, f"mean_bound{suffix}"))
@@ -246,8 +236,13 @@ def _multipliers_of_events(
     return multipliers
 
 
-# A problem, and the values of its free unknowns.
-Listed: TypeAlias = tuple[cp.Problem, dict[cp.Variable, Any]]
+def _values_by_name(problem: cp.Problem, values: Mapping[str, Any]) -> dict[cp.Variable, Any]:
+    """The variables of a problem that have one of these names, with their values."""
+    return {
+        variable: values[variable.name()]
+        for variable in problem.variables()
+        if variable.name() in values
+    }
 
 
 def state_rows(
@@ -285,7 +280,8 @@ def problem_of(
     if solved.goal == "ordered":
         return ordered(solved)
     extended = bool(user_rows) or objective is not None or "user" in solved.values
-    problem, values = _LISTED[solved.goal](solved, extended)
+    problem = _LISTED[solved.goal](solved, extended)
+    values = _values_by_name(problem, solved.values)
     goal = problem.objective if objective is None else cp.Maximize(objective)
     listed = problem.constraints
     problem = Problem(goal, [*listed, *user_rows])
@@ -315,10 +311,9 @@ def _rows(
     return rows
 
 
-def _shakedown(solved: Solved, extended: bool) -> Listed:
+def _shakedown(solved: Solved, extended: bool) -> Problem:
     x, f = _unknowns_of(solved)
-    problem = models.shakedown(x, _rows(solved.question, x, f, extended))
-    return problem, {x.slip: solved.values["slip"], x.load_factor: solved.values["load_factor"]}
+    return models.shakedown(x, _rows(solved.question, x, f, extended))
 
 
 def rest_rows(question: Question, x: Unknowns, more: Any = 0) -> list[Row]:
@@ -340,17 +335,15 @@ def rest_rows(question: Question, x: Unknowns, more: Any = 0) -> list[Row]:
     return [defines(v_r, constant(V, "V") @ slip), follows.set_label("open")]
 
 
-def _safe_slip(solved: Solved, extended: bool) -> Listed:
+def _safe_slip(solved: Solved, extended: bool) -> Problem:
     question = solved.question
     load_factor = cp.Parameter(nonneg=True, name="load_factor", value=solved.values["load_factor"])
     x, f = _unknowns_of(solved, load_factor)
     margin = cp.Variable(name="margin")
-    rows = _rows(question, x, f, extended, _inside(question, margin))
-    values = {x.slip: solved.values["slip"], margin: solved.values["margin"]}
-    return models.safe_slip(margin, rows), values
+    return models.safe_slip(margin, _rows(question, x, f, extended, _inside(question, margin)))
 
 
-def _critical(solved: Solved, extended: bool) -> Listed:
+def _critical(solved: Solved, extended: bool) -> Problem:
     question = solved.question
     state = solved.values["state"]
     # Friction is no parameter, because the reactions that the node needs depend on it.
@@ -359,8 +352,7 @@ def _critical(solved: Solved, extended: bool) -> Listed:
     names = ("c0", "rho0") if question.fixed else (f"q0[{state.node}]", f"p0[{state.node}]")
     load = _shear_and_pressure(-state.at_zero, names)
     needed = _shear_and_pressure(state.rate, ("c", "rho"))
-    problem = models.critical(x, state.node, load, needed, rows)
-    return problem, {x.slip: solved.values["slip"], x.load_factor: solved.values["load_factor"]}
+    return models.critical(x, state.node, load, needed, rows)
 
 
 def _shear_and_pressure(reactions: Array, names: Sequence[str]) -> list[cp.Constant]:
@@ -372,7 +364,7 @@ def _shear_and_pressure(reactions: Array, names: Sequence[str]) -> list[cp.Const
     ]
 
 
-_LISTED: dict[str, Callable[[Solved, bool], Listed]] = {
+_LISTED: dict[str, Callable[[Solved, bool], Problem]] = {
     "shakedown": _shakedown,
     "safe_slip": _safe_slip,
     "critical": _critical,
@@ -386,8 +378,7 @@ def corner_problem(asked: CornerQuestion, load_factor: float, forces: Array) -> 
     name = f"r0[{asked.corner}]" if question.fixed else "r0"
     load = {name: asked.r0, f"r1[{asked.corner}]": asked.r1}
     f = models.friction(question.friction)
-    law = contact_law(system, question.friction)
-    problem = models.gross_slip(asked.N, load, f, law, system.slip_shape)
+    problem = models.gross_slip(asked.N, load, f, question.law, system.slip_shape)
     if not np.isfinite(forces).all():
         set_no_optimum(problem, cp.INFEASIBLE if np.isnan(load_factor) else cp.UNBOUNDED)
         return problem

@@ -139,12 +139,12 @@ def label(kind: str, part: cp.Variable) -> str:
     return kind + name.lstrip("gapq")
 
 
-def rest(contact: Any, x: Unknowns, corners: Iterable[int], more: More | None = None) -> list[Row]:
+def rest(contact: Any, x: Unknowns, corners: Iterable[int], more: More | None) -> list[Row]:
     """The equations of the forces and gaps of a state of rest, at corners of a load cycle.
 
     `contact` has the matrices `A`, `B`, and `W` of its gaps, and `loads(k)`: name -> reactions q0,
-    p0, q1, p1 and gaps w0, w1 at corner k, arrays or parameters. `more[k]`: terms that unknown
-    loads add to q, p (and the gaps) at corner k. The variables of the gaps are put into `x.gap`.
+    p0, q1, p1 and gaps w0, w1 at corner k. `more[k]`: terms that unknown loads add to q, p (and the
+    gaps) at corner k. The variables of the gaps are put into `x.gap`.
     """
     slip = vec(x.slip)
     w_r = cp.Variable(len(contact.W), name=f"w_r{x.suffix}")
@@ -155,7 +155,7 @@ def rest(contact: Any, x: Unknowns, corners: Iterable[int], more: More | None = 
         rows.append(defines(w_r, constant(contact.W, f"W{x.suffix}") @ slip))
     x.gap = {}
     for k in corners:
-        q, p, *w = _loaded(contact.loads(k), x, w_r, more[k] if more and k in more else ())
+        q, p, *w = _loaded(contact.loads(k), x, w_r, more[k] if more else ())
         rows += [defines(x.q[k], q), defines(x.p[k], p)]
         if w_r.size:
             x.gap[k] = cp.Variable(w_r.size, name=f"gap{x.suffix}[{k}]")
@@ -168,8 +168,7 @@ def _loaded(
 ) -> list[cp.Expression]:
     """Shear forces, normal forces and any gaps under the loads of a corner, with unknown terms."""
     q0, p0, q1, p1, w0, w1 = (
-        value if isinstance(value, cp.Parameter) else constant(value, suffixed(name, x.suffix))
-        for name, value in loads.items()
+        constant(value, suffixed(name, x.suffix)) for name, value in loads.items()
     )
     parts = [
         q0 + times(x.load_factor, q1) + x.q_r,
@@ -186,29 +185,21 @@ def suffixed(name: str, suffix: str) -> str:
     return start + suffix + bracket + number
 
 
-def stuck(x: Unknowns, f: Any, corners: Iterable[int], law: Any = None) -> list[Row]:
+def stuck(x: Unknowns, f: Any, corners: Iterable[int], law: Any) -> list[Row]:
     """Rows of a contact law at the corners: abs(q) <= f p, its other terms, p >= 0, and gaps >= 0.
 
-    `law` has the terms, see `contact/law.py`; None: Coulomb's law, which has no other term.
+    `law` has the terms, see `contact/law.py`. The first one is f p, and Coulomb's law has no other.
     """
     rows = list[Row]()
     for k in corners:
-        bound = friction_bound(f, x.p[k], law)
-        rows.append((size(x.q[k]) <= bound).set_label(label("stuck", x.q[k])))
+        row = size(x.q[k]) <= cp.multiply(f, x.p[k])
+        rows.append(row.set_label(label("stuck", x.q[k])))
         rows.append((x.p[k] >= 0).set_label(label("pressed", x.p[k])))
     rows += [(gap >= 0).set_label(label("apart", gap)) for gap in x.gap.values()]
     for k in corners:
-        for term in law.terms[1:] if law else ():
+        for term in law.terms[1:]:
             rows.append(within_term(x.q[k], x.p[k], term, label(term.row, x.q[k])))
     return rows
-
-
-def friction_bound(f: Any, p: cp.Variable, law: Any = None) -> cp.Expression:
-    """The first term f p of a contact law. Its slope f is the coefficient of friction."""
-    bound = cp.multiply(f, p)
-    if law is None or not law.terms[0].constant.any():
-        return bound
-    return bound + constant(law.terms[0].constant, law.terms[0].symbol)
 
 
 def within_term(q: cp.Variable, p: cp.Variable, term: Any, name: str) -> Row:
@@ -337,7 +328,7 @@ def gross_slip(
     forces = printed_as(cp.hstack([vec(q), p]), "[q, p]")
     rows = [
         (motions @ forces == motions @ (r0 + times(load_factor, r1))).set_label("balance"),
-        (size(q) <= friction_bound(f, p, law)).set_label("stuck"),
+        (size(q) <= cp.multiply(f, p)).set_label("stuck"),
         *(within_term(q, p, term, term.row) for term in law.terms[1:]),
         (p >= 0).set_label("pressed"),
         not_negative(load_factor),

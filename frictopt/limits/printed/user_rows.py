@@ -216,9 +216,7 @@ class UserRows:
         question = program.question
         system = question.system
         n, t = system.nodes, system.tangents
-        closed = np.ones(n, dtype=bool)
-        if question.compliance is not None:
-            closed = ~question.open_nodes
+        closed = ~question.open_nodes
         is_closed = np.tile(closed, t)
         shear, normal = np.split(np.arange((t + 1) * n), [t * n])
         shear_unit = np.tile(question.shear_unit, t)
@@ -230,7 +228,8 @@ class UserRows:
         for variable, name in self._named.items():
             part = program.named[name]
             numbers = program.first_named + np.arange(part.start, part.stop)
-            entries.append((variable, numbers, np.ones(len(numbers)), program.named_units[part]))
+            whole = np.ones(len(numbers), dtype=bool)
+            entries.append((variable, numbers, whole, program.named_units[part]))
 
         matrix = csr_array((count, program.first_own))
         constant, unit = np.zeros(count), np.zeros(count)

@@ -174,7 +174,7 @@ def at_corners(
     last, at which the slip alone causes the forces.
     """
     rate = question.rate
-    start = np.broadcast_to(question.start, rate.shape)
+    start = question.start
     all_units = dict(units or {})
     all_effects = dict(effects or {})
     if load_factor is None:
@@ -252,10 +252,7 @@ def wedging(question: Question) -> RestProgram:
     law_rows(program, question, closed, ~closed)
     nodes = np.flatnonzero(closed[0])
     first = program.start.shape[1] - n
-    pressures = [
-        (program.force(np.zeros(1, dtype=int), first + nodes[[i]]), np.ones(1))
-        for i in range(len(nodes))
-    ]
+    pressures = [(program.force(0, first + nodes[[i]]), np.ones(1)) for i in range(len(nodes))]
     wedge = np.array([program.unknown("wedge")]), np.full(1, -question.force)
     program.add("mean", LINEAR, [[*pressures, wedge]], np.zeros(1), np.array([question.force]))
     program.row("cap", {"wedge": -1.0}, 1.0)

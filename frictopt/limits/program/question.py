@@ -28,6 +28,7 @@ from ...base import (
     flag,
     kept,
     make_read_only,
+    unresisted,
     worst,
 )
 from ...base.checks import per_node
@@ -40,13 +41,13 @@ from ...contact import (
     checked_law,
     contact_law,
     friction_coefficients,
+    joined,
     lengths,
     off_law,
     parted,
     reactions,
 )
 from ...contact.diagnosis import in_contact
-from ...contact.stiffness import following
 from ...errors import ModelError
 from ...solve.solvers import LP, SOCP, solver_order
 
@@ -59,7 +60,7 @@ class Question:
     """A system, a load cycle, friction and open nodes, with the arrays that follow from them.
 
     N nodes have t tangents each, so that vectors have M = (t + 1) N entries, normal ones last. The
-    cycle has K corners. K0 is K if fixed parts of the cycle differ, else 1. O nodes are open.
+    cycle has K corners. O nodes are open.
     """
 
     system: ContactSystem
@@ -71,8 +72,8 @@ class Question:
     solver: str | None  # name of the solver of its programs; None: all are tried
     started: float  # time at which the question was posed, seconds
 
-    # Reactions of all nodes with all gaps pressed shut: (K0, M) at load factor 0, and the (K, M)
-    # reactions of the scaled loads at load factor 1.
+    # (K, M) reactions of all nodes with all gaps pressed shut: at load factor 0, and of the scaled
+    # loads at load factor 1.
     bonded: tuple[Array, Array]
     fixed: bool  # whether the corners differ at load factor 0
     static: bool  # whether all corners have the same load
@@ -82,16 +83,14 @@ class Question:
     # The forces of a closed node are q and p. For an open node, q, which is 0, and the gap w take
     # their place. In the order of S, these forces are linear in the load factor and in the slips of
     # the closed nodes.
-    start: Array  # (K0, M) forces without slip at load factor 0
+    start: Array  # (K, M) forces without slip at load factor 0
     rate: Array  # (K, M) forces that a load factor of 1 adds
 
     # Reactions of the closed nodes: index 0 at load factor 0, index 1 of the scaled loads.
-    r0: Array  # (K0, t + 1, N) force, normal ones last
+    r0: Array  # (K, t + 1, N) force, normal ones last
     r1: Array  # (K, t + 1, N)
-    q0: Array  # (K0, N) or (K0, N, 2) shear forces
-    p0: Array  # (K0, N) normal forces
-    q1: Array  # (K, N) or (K, N, 2)
-    p1: Array  # (K, N)
+    q1: Array  # (K, N) or (K, N, 2) shear forces
+    p1: Array  # (K, N) normal forces
 
     # Units of the unknowns and of margins.
     force: float  # mean normal force at load factor 0; if it is 0, the largest mean of other forces
@@ -117,12 +116,7 @@ class Question:
     def from_kept(cls, fields: Mapping[str, Any]) -> "Question":
         """The question, from the fields that a file holds."""
         system = fields["system"]
-        open_nodes = fields["open_nodes"]
-        compliance = None
-        if open_nodes.any():
-            compliance = following(
-                system.S, system.own_stiffness, open_nodes, [*system.bonded.values()]
-            )
+        compliance = _compliance(system, fields["open_nodes"])
         bonded = _bonded(system, fields["cycle"])
         question = _question(**fields, solver=None, compliance=compliance, bonded=bonded)
         make_read_only(vars(question))
@@ -192,8 +186,7 @@ class Question:
     def loads(self, k: int) -> dict[str, Array]:
         """Reactions q0, p0, q1, p1 and gaps w0, w1 of corner k, by their printed names."""
         suffix = f"[{k}]" if self.fixed else ""
-        start = self.start[k if self.fixed else 0]
-        return self.named_loads((start, suffix), (self.rate[k], f"[{k}]"))
+        return self.named_loads((self.start[k], suffix), (self.rate[k], f"[{k}]"))
 
     def named_loads(self, start: tuple[Array, str], rate: tuple[Array, str]) -> dict[str, Array]:
         """Forces (M,) by their printed names, which end with the given texts; see `loads`."""
@@ -410,15 +403,37 @@ def with_open(question: Question, open_nodes: Booleans) -> Question | None:
     """
     if (open_nodes == question.open_nodes).all():
         return question
-    compliance = None
-    if open_nodes.any():
-        system = question.system
-        compliance = following(
-            system.S, system.own_stiffness, open_nodes, [*system.bonded.values()]
-        )
-        if compliance is None:
-            return None
+    compliance = _compliance(question.system, open_nodes)
+    if compliance is None and open_nodes.any():
+        return None
     return _changed(question, open_nodes=open_nodes, compliance=compliance)
+
+
+def _compliance(system: ContactSystem, open_nodes: Booleans) -> Array | None:
+    """(M, M) compliance of the open nodes, which carry no force; zero elsewhere.
+
+    The result is None if all nodes are closed. It is also None if nothing resists some motion of
+    the open nodes while the closed nodes are held, and a load excites this motion or the motion
+    changes a gap.
+    """
+    if not open_nodes.any():
+        return None
+    opened = np.tile(open_nodes, system.tangents + 1)
+    block = np.ix_(opened, opened)
+    free, inverse = unresisted(system.S[block], system.own_stiffness[opened])
+
+    # A free motion is harmless if no load excites it, and if it changes no gap.
+    excited = [np.abs(free[-int(open_nodes.sum()) :]).max(initial=0.0)]
+    for pair in system.bonded.values():
+        r = joined(*pair)
+        work = r[opened] @ free / (np.abs(r).max() or 1.0)
+        excited.append(np.abs(work).max(initial=0.0))
+    if max(excited) > CONDENSATION:
+        return None
+
+    compliance = np.zeros_like(system.S)
+    compliance[block] = inverse
+    return compliance
 
 
 def with_friction(question: Question, friction: PerNode) -> Question:
@@ -448,16 +463,18 @@ def _question(
 ) -> Question:
     """All arrays of a question, one after the other."""
     axes = system.tangents + 1
-    static = not any(np.ptp(part, axis=0).any() for part in bonded)
+    fixed, scaled = (bool(np.ptp(part, axis=0).any()) for part in bonded)
 
     # Open nodes carry no force. Their gaps are taken out exactly, because under a mean load of zero
     # a rounding error would be the only force.
     gap = system.gap * open_nodes
     start = _forces(system, open_nodes, compliance, bonded[0] + system.pressing_shut(gap))
     start[:, -system.nodes :] += gap
+    if not fixed:
+        # Rounding must not make the corners differ.
+        start[:] = start[0]
     rate = _forces(system, open_nodes, compliance, bonded[1])
     of_closed = np.tile(~open_nodes, axes)
-    q0, p0 = parted(start * of_closed, axes)
     q1, p1 = parted(rate * of_closed, axes)
     r0 = (start * of_closed).reshape(-1, axes, system.nodes)
     r1 = (rate * of_closed).reshape(-1, axes, system.nodes)
@@ -472,15 +489,13 @@ def _question(
         solver=solver,
         started=started,
         bonded=bonded,
-        fixed=len(bonded[0]) > 1,
-        static=static,
+        fixed=fixed,
+        static=not (fixed or scaled),
         compliance=compliance,
         start=start,
         rate=rate,
         r0=r0,
         r1=r1,
-        q0=q0,
-        p0=p0,
         q1=q1,
         p1=p1,
         **units_of(system, friction, open_nodes, r0, r1),
@@ -488,12 +503,13 @@ def _question(
 
 
 def _bonded(system: ContactSystem, cycle: LoadCycle) -> tuple[Array, Array]:
-    """Bonded reactions (K0, M) at load factor 0, all gaps shut, and (K, M) of the scaled loads."""
+    """(K, M) bonded reactions at load factor 0, all gaps shut, and of the scaled loads."""
     unscaled = cycle.unscaled
     if all(loads == unscaled[0] for loads in unscaled):
         unscaled = unscaled[:1]  # fixed parts that do not differ are a mean load
     at_zero = reactions(system, unscaled) - system.pressing_shut(system.gap)
-    return at_zero, reactions(system, cycle.corners)
+    scaled = reactions(system, cycle.corners)
+    return np.broadcast_to(at_zero, scaled.shape), scaled
 
 
 def _forces(

@@ -40,7 +40,6 @@ from .question import Question
 class Elastic(NamedTuple):
     """The closed nodes of a question: which of their slips meet a resistance, and which do not."""
 
-    closed: Integers
     slips: Integers  # (c,) entries of their slips among the slips of all nodes
     slides: Array  # (c, k) slips that nothing resists
     compliance: Array  # (c, c) of the slips that meet a resistance
@@ -62,7 +61,6 @@ def elastic(question: Question) -> Elastic:
     n, t = system.nodes, system.tangents
     if isinstance(system, ContactProducts):
         return Elastic(
-            np.arange(n),
             np.arange(t * n),
             system.slides,
             system.slipping,
@@ -72,8 +70,7 @@ def elastic(question: Question) -> Elastic:
     # `MovingAreas` has no compliance: its arrays belong to the closed contact, even if some nodes
     # never touch.
     opened = question.open_nodes if question.compliance is not None else np.zeros(n, dtype=bool)
-    closed = np.flatnonzero(~opened)
-    slips = np.concatenate([closed + axis * n for axis in range(t)])
+    slips = np.flatnonzero(np.tile(~opened, t))
     sizes = system.own_stiffness
     normal = question.response[-n:, slips]
     square = question.response[np.ix_(slips, slips)]
@@ -84,7 +81,7 @@ def elastic(question: Question) -> Elastic:
     opening[unmoved | ~opened[:, None]] = 0.0
     for other in [other for other in known if other]:
         del known[other]
-    known[key] = Elastic(closed, slips, slides, compliance, normal @ compliance, opening)
+    known[key] = Elastic(slips, slides, compliance, normal @ compliance, opening)
     return known[key]
 
 

@@ -57,7 +57,7 @@ class SteadyCycles:
         """The program of the slips; at its last instant the slip alone causes the forces."""
         count, n = self.p.shape
         axes = self.question.system.tangents + 1
-        forces = np.array([joined(q, p) for q, p in zip(self.q, self.p, strict=True)])
+        forces = joined(self.q, self.p)
         start = np.vstack([forces, np.zeros(forces.shape[1])])
         program = RestProgram([self.question], units, start, {})
         closed = np.zeros((count + 1, n), dtype=bool)
