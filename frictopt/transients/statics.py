@@ -261,12 +261,7 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
         sentence = statics.sentence(name, load)
         if sentence:
             raise NoContinuation(sentence)
-        note_balanced(system, friction, load)
-
-
-def note_balanced(system: ContactSystem, friction: Array, load: Array) -> None:
-    """Record that contact forces within friction balance a load (M,)."""
-    _BALANCED.setdefault(system, set()).add(_digest(friction, load))
+        balanced.add(_digest(friction, load))
 
 
 def _digest(friction: Array, load: Array) -> bytes:

@@ -350,7 +350,7 @@ def test_a_piece_ends_where_two_instants_meet():
 
     They meet at 4. The second one is at the end of the segment at 5/9.
     """
-    segment = SimpleNamespace(part=np.array([0.0, 0.3, 0.6]))
+    part = np.array([0.0, 0.3, 0.6])
     place = np.array([[0.0, 0.1, 0.5], [0.0, 0.2, 0.1]])
     nothing = np.zeros((2, 3, 1))
-    assert paths._ends(segment, place, nothing, nothing, 1.0) == pytest.approx((5 / 9, 4.0))
+    assert paths._ends(part, place, nothing, nothing, 1.0) == pytest.approx((5 / 9, 4.0))

@@ -25,7 +25,6 @@ from ...base import (
     CONDENSATION,
     COUNTS,
     FLOOR,
-    ROUNDING,
     ZERO_LOAD_FACTOR,
     Array,
     Booleans,
@@ -88,8 +87,7 @@ def corner_answer(asked: CornerQuestion) -> CornerAnswer:
     unit = 1.0
     if driven and drives(N, r0):
         unit = _load_unit(question, N, r0, r1)
-    law = contact_law(system, question.friction)
-    rows = force_rows(law, question.shear_unit, question.node_unit, system.tangents)
+    rows = force_rows(question.law, question.shear_unit, question.node_unit, system.tangents)
     units = np.r_[np.tile(question.shear_unit, system.tangents), question.node_unit, unit]
     sizes = np.abs(N.T) @ units[:M]
     program = balance_program([balance_rows(N, r0, r1, sizes), *rows], units, sense)
@@ -197,7 +195,9 @@ _MOST_PARTS = 3
 
 def motion_table(system: ContactSystem, phi: Array) -> Table:
     """The table of `GrossSlip.motion`, from motions phi (t + 1, N) whose largest has the size 1."""
-    names = np.zeros(system.nodes) if system.contact is None else system.contact
+    names = system.contact
+    if names is None:
+        names = np.full(system.nodes, "the contact")
     stretch = np.vstack([system.stretch.reshape(system.nodes, -1).T, np.ones(system.nodes)])
     # (N, axes) motions in the axes of space, from slips along the tangents and lifts.
     moves = np.einsum("an,nak->nk", phi / stretch, system.frames)
@@ -207,8 +207,7 @@ def motion_table(system: ContactSystem, phi: Array) -> Table:
     for name in dict.fromkeys(names[moving].tolist()):
         nodes = moving & (names == name)
         motion = _motion_as_one_body(system.points[nodes], system.normals[nodes], moves[nodes])
-        contact = "the contact" if system.contact is None else name
-        rows.append([contact, int(nodes.sum()), *motion])
+        rows.append([name, int(nodes.sum()), *motion])
     axes = "xyz"[: system.tangents + 1]
     columns = ["contact", "nodes", *axes, "slide", "lift", "turn", *(f"at_{axis}" for axis in axes)]
     return frame(rows, system.units, columns)
@@ -353,9 +352,8 @@ def _at_corner(
     law = contact_law(system, friction)
     force = float(law.bound(load.p)[face].sum()) or 1.0
     cyclic = shear(load.cyclic)
-    # If forces balance each other, such as the forces of a strain beside the face, their resultant
-    # is only rounding.
-    if (np.abs(motions.T @ cyclic) <= ROUNDING * (np.abs(motions.T) @ np.abs(cyclic))).all():
+    if not drives(motions, cyclic):
+        # The forces balance each other, such as the forces of a strain beside the face.
         cyclic = np.zeros_like(cyclic)
     unit = force / (float(np.abs(motions.T @ cyclic).max()) or 1.0)
     balance = balance_rows(motions, shear(load.shear), cyclic, np.full(k, force))

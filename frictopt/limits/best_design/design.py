@@ -259,9 +259,9 @@ class DesignSearch:
         ):
             open_nodes = self._nodes_that_open(open_nodes)
 
-    def compare(self, loose: LooseNodes, scenarios: int) -> None:
+    def compare(self, loose: LooseNodes) -> None:
         """Bound the designs of all sets of open nodes, until no set may have a better design."""
-        branches = Branches(loose, lambda: self._wanted, partial(self._bound_of, scenarios))
+        branches = Branches(loose, lambda: self._wanted, self._bound_of)
         programs = 0
         while branches.left and programs < MOST_COMPARED:
             programs += 1
@@ -285,12 +285,12 @@ class DesignSearch:
             return -np.inf
         return best.value + _GAIN * abs(best.value)
 
-    def _bound_of(self, scenarios: int, opens: Booleans) -> float:
-        """Compute the best design of a set of open nodes; return -inf, or inf if solvers fail.
+    def _bound_of(self, opens: Booleans) -> float:
+        """Compute the best design with given open nodes; return -inf, or inf if solvers fail.
 
-        The set needs no bound any more, because its design has been kept, or does not count.
+        They need no bound any more, because their design has been kept, or does not count.
         """
-        open_nodes = [*opens.reshape(scenarios, -1)]
+        open_nodes = [*opens]
         if _key(open_nodes) not in self._uncounted:
             self._nodes_that_open(open_nodes)
         return np.inf if _key(open_nodes) in self._failed else -np.inf

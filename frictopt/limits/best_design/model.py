@@ -193,7 +193,7 @@ class DesignModel(SafeModel):
                 search.alternate(self._open_nodes_if_pressed(scenarios, user))
             search.alternate([limit.open for limit in limits_of(questions)])
             if is_small(questions):
-                search.compare(self._loose(scenarios, user), len(questions))
+                search.compare(self._loose(scenarios, user))
             if search.best is None:
                 raise search.refusal
 
@@ -216,7 +216,7 @@ class DesignModel(SafeModel):
         if user is not None:
             user.add_to(program)
         largest = self._question.load_unit if program.goal == "load_factor" else np.inf
-        return LooseNodes(program, nodes, largest, range(len(scenarios)))
+        return LooseNodes(program, nodes, largest)
 
     def _slip_of_open_nodes(self, program: RestProgram) -> Array:
         """(open slips, named) slips of the open nodes of the first scenario due to the design."""
@@ -332,7 +332,7 @@ class DesignModel(SafeModel):
         values = {"profile": np.zeros(self._question.system.nodes)}
         try:
             if self.preload is not None:
-                values = {**press(self._choice, scenarios[0], user)}
+                values = press(self._choice, scenarios[0], user)
             built = self._choice.built(scenarios, values)
         except SolverError:
             return None

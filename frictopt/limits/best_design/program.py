@@ -17,7 +17,17 @@ from typing import Any, NamedTuple
 import cvxpy as cp
 import numpy as np
 
-from ...base import CONDENSATION, GROWN, Array, Integers, checked_loads, frozen, listed, shown
+from ...base import (
+    CONDENSATION,
+    GROWN,
+    Array,
+    Booleans,
+    Integers,
+    checked_loads,
+    frozen,
+    listed,
+    shown,
+)
 from ...contact import ContactSystem, LoadCycle, joined
 from ...errors import ModelError
 from ...solve.problem import Problem
@@ -47,7 +57,6 @@ def design_problem(
     rows = list[Row]()
     whole = solution.solved("design")
     fillings = []
-    first = 0
     for number, scenario in enumerate(scenarios):
         question = scenario.question
         corners = range(len(question.r1))
@@ -64,7 +73,7 @@ def design_problem(
             opened = _open_slips_due_to(choice, scenario)
             listed += rest_rows(question, x, opened)
             slip = whole.values["slip"]
-        here = slice(first, first := first + len(question.r1))
+        here = solution.program.response_of == number
         fillings.append((listed, _of_scenario(whole, question, here), {own.slip: slip}))
         rows += listed
     problem = models.shakedown(x, rows)
@@ -81,11 +90,10 @@ def design_problem(
     return problem
 
 
-def _of_scenario(whole: Solved, question: Question, here: slice) -> Solved:
-    """The part of a solved design that belongs to one scenario; `here` are its instants."""
+def _of_scenario(whole: Solved, question: Question, here: Booleans) -> Solved:
+    """The part of a solved design that belongs to one scenario, which has the instants `here`."""
     multipliers = {
-        name: value[here] if value.ndim == 2 and len(value) > len(question.r1) else value
-        for name, value in whole.multipliers.items()
+        name: value[here] if value.ndim == 2 else value for name, value in whole.multipliers.items()
     }
     return replace(whole, question=question, moves=whole.moves[here], multipliers=multipliers)
 
@@ -321,14 +329,13 @@ def _of_scenarios(
     first = questions[0]
     effects = {"load_factor": np.concatenate([question.rate for question in questions])}
     of_design = [choice.effects(scenario) for scenario in scenarios]
+    slip_of = np.repeat(np.arange(len(questions)), [len(each.r1) for each in questions])
     for name in choice.parts:
-        at_corners = list[Array]()
-        for question, reactions in zip(questions, of_design, strict=True):
-            by_unit = question.forces_of(reactions[name]).T  # (M, n)
-            at_corners.append(np.broadcast_to(by_unit, (len(question.r1), *by_unit.shape)))
-        effects[name] = np.concatenate(at_corners)
-    counts = [len(question.r1) for question in questions]
-    slip_of = np.repeat(np.arange(len(counts)), counts)
+        by_unit = [
+            question.forces_of(reactions[name]).T  # (M, n)
+            for question, reactions in zip(questions, of_design, strict=True)
+        ]
+        effects[name] = np.array(by_unit)[slip_of]
     own_units: dict[str, Array] = {}
     if loose is not None:
         own_units, own_effects = own_motions(questions, slip_of, loose)
@@ -346,7 +353,7 @@ def _of_scenarios(
     return program
 
 
-def press(choice: Choice, scenario: Scenario, user: UserRows | None) -> Mapping[str, Array]:
+def press(choice: Choice, scenario: Scenario, user: UserRows | None) -> dict[str, Array]:
     """The design whose preloads press the contact most, under the constraints of the user.
 
     The preloads press with at most `_MOST_PRESSED` times the normal force of the contact.

@@ -169,17 +169,13 @@ def cones_of(question: Question) -> Cones:
     slides = np.zeros((t * n, parts.slides.shape[1]))
     slides[parts.slips] = parts.slides
 
-    nodes, slopes, constants = list[Integers](), list[Array](), list[Array]()
     terms = [
         (np.flatnonzero(~opened & np.isfinite(term.constant)), term.slope, term.constant)
         for term in question.law.terms
     ]
     terms.append((np.flatnonzero(opened), np.ones(n), np.zeros(n)))
-    for having, slope, constant in terms:
-        nodes.append(having)
-        slopes.append(slope[having])
-        constants.append(constant[having] / question.force)
-    node, slope = np.concatenate(nodes), np.concatenate(slopes)
+    of_terms = [(nodes, slope[nodes], constant[nodes]) for nodes, slope, constant in terms]
+    node, slope, constant = (np.concatenate(part) for part in zip(*of_terms, strict=True))
     sheared = ~opened[node]
 
     def sides(forces: Array) -> Array:
@@ -191,10 +187,10 @@ def cones_of(question: Question) -> Cones:
         return rows
 
     start = sides(question.start[corners])
-    start[:, -1] += np.concatenate(constants)
+    start[:, -1] += constant / question.force
     rate = sides(question.rate[corners] * question.load_unit)
     return Cones(
-        node, slice(len(nodes[0])), sheared, slope, start, rate, pressing, rough, slides, corners
+        node, slice(len(terms[0][0])), sheared, slope, start, rate, pressing, rough, slides, corners
     )
 
 

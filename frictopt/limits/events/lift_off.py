@@ -445,13 +445,13 @@ def with_order(question: Question, order: Order) -> LiftOff | None:
     return LiftOff(
         **fields_of(sets[always]),
         order=order,
-        way=way_of(order, instants, [0.5] * len(order.events)),
+        way=way_of(instants, [0.5] * len(order.events)),
         sets=tuple(sets[nodes] for nodes in through),
         shifts=np.zeros((len(through), *question.system.slip_shape)),
     )
 
 
-def way_of(order: Order, instants: Sequence[Instant], shares: Sequence[float]) -> Array:
+def way_of(instants: Sequence[Instant], shares: Sequence[float]) -> Array:
     """(M,) place `way` of each instant, from the place of each event on its segment."""
     way = []
     for instant in instants:

@@ -257,4 +257,4 @@ def placed_order(question: LiftOff, places: Sequence[float], load_factor: float)
         if is_scaled(question, segment):
             place = place / load_factor if load_factor > 0 else 0.0
         shares.append(place)
-    return replace(question, way=way_of(order, question.at, shares))
+    return replace(question, way=way_of(question.at, shares))

@@ -258,15 +258,14 @@ def load_factor_bounds(question: Question) -> Array:
 
     d = net_slips(total_slip) / unit  # (t, N, N) slip of each node in each mechanism
     a = total_slip / unit  # (N, N)
-    fa = question.friction[:, None] * total_slip / unit
+    fa = question.friction[:, None] * a
     shear, bound = needed(question.friction, question.q1, question.p1)
     r0 = question.r0[0]  # (t + 1, N)
     resistance_terms = np.array([_work(d, r0[:-1].T), fa * r0[-1][:, None]])
     drive_terms = _work(d, shear) + a * bound[:, None]
-    if nodes > 1:
-        corners = zip(question.q1, question.p1, strict=True)
-        drive_at_other_nodes = np.max([-_work(d, q) - fa * p[:, None] for q, p in corners], axis=0)
-        drive_terms = np.where(np.eye(nodes, dtype=bool), drive_terms, drive_at_other_nodes)
+    corners = zip(question.q1, question.p1, strict=True)
+    drive_at_other_nodes = np.max([-_work(d, q) - fa * p[:, None] for q, p in corners], axis=0)
+    drive_terms = np.where(np.eye(nodes, dtype=bool), drive_terms, drive_at_other_nodes)
     resistance = resistance_terms.sum(axis=(0, 1))
     drive = drive_terms.sum(axis=0)
     terms = np.abs(resistance_terms).sum(axis=(0, 1))

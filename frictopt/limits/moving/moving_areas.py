@@ -87,14 +87,11 @@ def rim_of(A: Array, shear: Array, statuses: Statuses) -> Rim:
     stiffness = A[np.ix_(entries, entries)]
     equations = _Equations(stiffness, loads, statuses, nodes)
     slips = equations.solved()
-    motion = np.zeros_like(loads)
-    for m in range(len(statuses.after)):
-        motion[:, m] = equations.motion(m, slips).reshape(motion[:, m].shape)
-    flat = motion.reshape(*motion.shape[:2], -1)
-    forces = loads + (flat @ stiffness).reshape(motion.shape)
+    motion = np.stack([equations.motion(m, slips) for m in range(len(statuses.after))], axis=1)
+    forces = loads + (motion @ stiffness).reshape(loads.shape)
     forces *= ~statuses.free[:, None, nodes]
     residual = forces * statuses.touching[:, None, nodes]
-    return Rim(nodes, motion, forces, residual)
+    return Rim(nodes, motion.reshape(loads.shape), forces, residual)
 
 
 class _Equations:
@@ -120,14 +117,9 @@ class _Equations:
 
     def solved(self) -> Array:
         """(unknowns, 2) slips at load factor 0, and their rates with the load factor."""
-        rows = [np.zeros((0, self._count))]
-        right = [np.zeros((0, 2))]
-        for m, touching in enumerate(self._touching):
-            if touching.any():
-                row, force = self._forces(m, touching)
-                rows.append(row)
-                right.append(-force)
-        return np.asarray(np.linalg.lstsq(np.vstack(rows), np.vstack(right), rcond=ROUNDING)[0])
+        parts = [self._forces(m, touching) for m, touching in enumerate(self._touching)]
+        rows, constants = (np.vstack(part) for part in zip(*parts, strict=True))
+        return np.asarray(np.linalg.lstsq(rows, -constants, rcond=ROUNDING)[0])
 
     def _forces(self, m: int, touching: Booleans) -> tuple[Array, Array]:
         """Forces at touching nodes: coefficients of the unknown slips, and (rows, 2) constants.
@@ -319,19 +311,17 @@ class MovingAreas(Question):
         """
         u, r = self._states(load_factor, slip)
         bonded = self.at_instants(load_factor) + self.system.pressing_shut(self.system.gap)
-        violations = list[float]()
-        states = bonded, u - self.system.opening, r
-        between = [(part + np.roll(part, -1, axis=0)) / 2 for part in states]
-        for loads, motions, reactions in (states, between):
-            off = off_law(self.system, self.law, loads, motions, reactions, self.force)
-            violations.append(float(off.max()))
+        states = np.stack([bonded, u - self.system.opening, r])
+        between = (states + np.roll(states, -1, axis=1)) / 2
+        loads, motions, reactions = np.concatenate([states, between], axis=1)
+        off = off_law(self.system, self.law, loads, motions, reactions, self.force)
         nodes = self.system.nodes
         slid = np.abs(np.roll(u, -1, axis=0) - u)[:, :-nodes].reshape(len(u), -1, nodes)
         pressure = between[2][:, -nodes:]
-        pressed = pressure > CONDENSATION * float(np.abs(states[0][:, -nodes:]).max())
+        pressed = pressure > CONDENSATION * float(np.abs(bonded[:, -nodes:]).max())
         slid_while_pressed = slid.max(axis=1) * pressed
         slid_by_force = float(slid_while_pressed.max()) * self.system.stiffness_scale / self.force
-        return worst([*violations, slid_by_force])
+        return worst([off.max(), slid_by_force])
 
 
 def uncoupled(question: Question) -> bool:
@@ -429,8 +419,7 @@ def areas_near(question: Question, load_factor: float) -> MovingAreas:
 
 
 def _areas(question: Question, path: PathPiece, alone: bool, near: float) -> MovingAreas:
-    nodes = question.system.nodes
     shear = path.loads(question.r0, question.r1)[:, :, :-1]
-    rim = rim_of(question.S[:-nodes, :-nodes], shear, path.at_instant)
+    rim = rim_of(question.A, shear, path.at_instant)
     fields = fields_of(question) | {"open_nodes": ~path.at_instant.after.any(axis=0)}
     return MovingAreas(**fields, path=path, rim=rim, alone=alone, near=near, told_at=near)

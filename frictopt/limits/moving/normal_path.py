@@ -68,23 +68,18 @@ def normal_path(C: Array, corners: Array) -> NormalPath:
     for k, first in enumerate(corners):
         change = corners[(k + 1) % len(corners)] - first
         part = 0.0
-        pressure, gap = problem.clean(*states(C, first, opened))
         for _ in range(_STEPS * len(first) + 1):
+            pressure, gap = problem.clean(*states(C, first + part * change, opened))
             instants.append((k, part, pressure, gap))
             # Up to the next event, pressures and gaps are linear.
-            opened, pressures, gaps = problem.following((pressure, gap), opened, first, change)
-            part += _to_next_event((pressure, pressures[1]), (gap, gaps[1]))
+            opened = problem.following(pressure, gap, opened, change)
+            pressure_rate, gap_rate = states(C, change, opened)
+            part += _to_next_event((pressure, pressure_rate), (gap, gap_rate))
             if part >= 1 - _AT_CORNER:
                 break
-            pressure, gap = problem.clean(
-                pressures[0] + part * pressures[1], gaps[0] + part * gaps[1]
-            )
         else:
             raise NoPath("the events of a segment do not end")
-    segments, parts, all_pressures, all_gaps = zip(*instants, strict=True)
-    return NormalPath(
-        np.array(segments), np.array(parts), np.array(all_pressures), np.array(all_gaps)
-    )
+    return NormalPath(*(np.array(part) for part in zip(*instants, strict=True)))
 
 
 def _to_next_event(*states: tuple[Array, Array]) -> float:
@@ -108,32 +103,20 @@ class _NormalProblem:
         pressed = np.where(pressure > self.force, pressure, 0.0)
         return pressed, np.where(gap > self.length, gap, 0.0)
 
-    def following(
-        self, now: tuple[Array, Array], opened: Booleans, first: Array, change: Array
-    ) -> tuple[Booleans, Array, Array]:
-        """The open nodes from an instant on, and (2, N) pressures and gaps with these open nodes.
+    def following(self, pressure: Array, gap: Array, opened: Booleans, change: Array) -> Booleans:
+        """The open nodes from an instant on, while the reactions begin to change by `change`.
 
-        `now` are pressures and gaps at the instant, `opened` are the open nodes before it. Along
-        the segment the reactions are `first` plus a growing share of `change`.
+        Pressures and gaps belong to the instant, and `opened` are the open nodes before it. If
+        nodes have neither, the rates of their pressures and gaps solve a normal problem, too.
         """
-        pressure, gap = now
         touching = (pressure == 0) & (gap == 0)
-        if touching.any():
-            opened = self._open_by_rates(gap > 0, touching, change)
-        return opened, *states(self._C, np.stack([first, change]), opened)
-
-    def _open_by_rates(self, opened: Booleans, touching: Booleans, change: Array) -> Booleans:
-        """The open nodes after an event, as reactions change: `opened` and some of `touching`.
-
-        The rates of pressures and gaps of the touching nodes solve a normal problem, too.
-        """
-        C = self._C[np.ix_(touching, touching)]
-        rates = change[touching]
-        if opened.any():
-            across = self._C[np.ix_(opened, touching)]
-            motions = follow(self._C[np.ix_(opened, opened)], np.c_[across, change[opened]])
-            C = C - across.T @ motions[:, :-1]
-            rates = rates - across.T @ motions[:, -1]
+        if not touching.any():
+            return opened
+        opened = gap > 0
+        across = self._C[np.ix_(opened, touching)]
+        motions = follow(self._C[np.ix_(opened, opened)], np.c_[across, change[opened]])
+        C = self._C[np.ix_(touching, touching)] - across.T @ motions[:, :-1]
+        rates = change[touching] - across.T @ motions[:, -1]
         opened[touching] = _open_nodes(C, rates, *_rounding(C, change))
         return opened
 
@@ -264,13 +247,14 @@ class PathPiece:
         return np.asarray(self.place[0] / (load_factor or 1.0) + self.place[1])
 
     def loads(self, at_zero: Array, scaled: Array) -> Array:
-        """(2, M, ...) loads at the instants, from loads (K, ...) at the corners.
+        """(2, M, ...) loads at the instants, from loads (1 or K, ...) and (K, ...) at the corners.
 
         If places of events change with the load factor, the loads at load factor 0 have to be the
         same at all corners.
         """
         shape = (2, -1, *[1] * (scaled.ndim - 1))
         constant, rate = self.place.reshape(shape)
+        at_zero = np.broadcast_to(at_zero, scaled.shape)
         last = (self.segment + 1) % len(scaled)
         held = at_zero[last] - at_zero[self.segment]
         change = scaled[last] - scaled[self.segment]
@@ -301,18 +285,17 @@ def piece_at(C: Array, at_zero: Array, scaled: Array, load_factor: float) -> Pat
     statuses = Statuses.of(path)
     # Instants that are neither corners nor events are dropped: pressures and gaps are linear there.
     kept = (path.part == 0) | statuses.touching.any(axis=1)
-    path = NormalPath(path.segment[kept], path.part[kept], path.pressure[kept], path.gap[kept])
+    segment, part = path.segment[kept], path.part[kept]
     statuses = Statuses(statuses.before[kept], statuses.after[kept])
 
-    instants = len(path.segment)
-    place = np.zeros((2, instants))
-    pressure = np.zeros((2, *path.pressure.shape))
+    place = np.zeros((2, len(segment)))
+    pressure = np.zeros((2, len(segment), len(at_zero)))
     gap = np.zeros_like(pressure)
     following = np.roll(scaled, -1, axis=0)
-    for m, k in enumerate(path.segment.tolist()):
+    for m, k in enumerate(segment.tolist()):
         rows = np.stack([at_zero, scaled[k], following[k] - scaled[k]])
         pressures, gaps = states(C, rows, statuses.free[m])
-        if path.part[m] > 0:
+        if part[m] > 0:
             place[:, m] = _place_of_event(pressures, statuses.touching[m])
         pressure[:, m] = pressures[:2] + place[:, [m]] * pressures[2]
         gap[:, m] = gaps[:2] + place[:, [m]] * gaps[2]
@@ -321,8 +304,8 @@ def piece_at(C: Array, at_zero: Array, scaled: Array, load_factor: float) -> Pat
     # Rates that are only rounding are zero: otherwise they would end a piece that has no end.
     for rate in (pressure[1], gap[1]):
         rate[np.abs(rate) <= ROUNDING * np.abs(rate).max(initial=0.0)] = 0.0
-    low, high = _ends(path, place, pressure, gap, load_factor)
-    return PathPiece(path.segment, place, pressure, gap, statuses, low, high)
+    low, high = _ends(part, place, pressure, gap, load_factor)
+    return PathPiece(segment, place, pressure, gap, statuses, low, high)
 
 
 def _place_of_event(pressures: Array, touching: Booleans) -> Array:
@@ -339,10 +322,10 @@ def _place_of_event(pressures: Array, touching: Booleans) -> Array:
 
 
 def _ends(
-    path: NormalPath, place: Array, pressure: Array, gap: Array, load_factor: float
+    part: Array, place: Array, pressure: Array, gap: Array, load_factor: float
 ) -> tuple[float, float]:
     """The load factors between which all positive pressures, gaps and distances stay positive."""
-    last = np.roll(path.part == 0, -1)
+    last = np.roll(part == 0, -1)
     # The distance to the next instant; for the last instant of a segment, to the end of the
     # segment.
     distance = np.roll(place, -1, axis=1) * ~last + np.outer((0.0, 1.0), last) - place

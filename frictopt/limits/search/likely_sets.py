@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import suppress
 
 import numpy as np
@@ -61,8 +61,8 @@ def open_under_mean(question: Question, friction: Array | None = None) -> list[B
             sets.append(open_at_rest(question.system, cycle, friction))
     if sets:
         sets.append(np.logical_and.reduce(sets))
-    different = {tuple(opened.tolist()) for opened in sets}
-    return [np.array(opened) for opened in sorted(different, reverse=True) if any(opened)]
+    # Sets with the first nodes open come first.
+    return [opened for opened in np.unique(sets, axis=0)[::-1] if opened.any()]
 
 
 def is_safe_at_mean_load(question: Question, slip: Array | None) -> bool:
@@ -85,18 +85,13 @@ def is_safe_at_mean_load(question: Question, slip: Array | None) -> bool:
     return question.violation(0.0, state.slip) <= RESIDUAL
 
 
-def settled_sets(
-    question: Question,
-    tending: bool,
-    safe: bool,
-    shares: Sequence[float] = FRICTIONS,
-) -> Iterator[Booleans]:
+def settled_sets(question: Question, tending: bool, safe: bool) -> Iterator[Booleans]:
     """The open nodes under the mean load with the given friction, and with more and less friction.
 
     If the mean load opens no node with the given friction, other frictions are tried only if
     `tending`: some closed nodes tend to open. `safe` is whether some set is known to be safe.
     """
-    for share in shares:
+    for share in FRICTIONS:
         try:
             opened = open_under_mean(question, share * question.friction)
         except SolverError:

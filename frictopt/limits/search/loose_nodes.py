@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -38,38 +39,38 @@ _DECIDED = 1e-6
 class Branch:
     """All sets in which some loose nodes are open, some are closed, and the others may be either.
 
-    `bound` is a proven upper bound of their limits.
+    A shakedown limit has one set of open nodes, and a design has one for each of its S scenarios.
+    `bound` is a proven upper bound of the limits of all sets.
     """
 
-    opens: Booleans  # (n,)
-    closes: Booleans  # (n,)
+    opens: Booleans  # (S, n)
+    closes: Booleans  # (S, n)
     bound: float = np.inf
 
     @property
     def undecided(self) -> Booleans:
-        """(n,) loose nodes that are open in some sets of the branch, and closed in others."""
+        """(S, n) loose nodes that are open in some sets of the branch, and closed in others."""
         return ~(self.opens | self.closes)
 
     def divided(self, index: int, open_first: bool) -> list[Branch]:
-        """Two branches: in one the node `index` is open, in the other it is closed.
+        """Two branches: in one the node of this flat index is open, in the other it is closed.
 
         The branch that is to be solved first comes last.
         """
-        here = np.arange(len(self.opens)) == index
+        here = np.zeros_like(self.opens)
+        here.flat[index] = True
         opened = replace(self, opens=self.opens | here)
         closed = replace(self, closes=self.closes | here)
         return [closed, opened] if open_first else [opened, closed]
 
 
-@dataclass(frozen=True, eq=False)
-class Relaxed:
+class Relaxed(NamedTuple):
     """The bound of a branch, and the motions and pressures of loose nodes in its solution."""
 
     bound: float
-    # (n,) largest own motion and largest pressure of each loose node over the corners, in their
+    # (S, n) largest own motion and largest pressure of each loose node over the corners, in their
     # units; None if the program has no solution.
-    motion: Array | None = None
-    pressure: Array | None = None
+    sizes: tuple[Array, Array] | None = None
 
 
 def loose(question: Question, nodes: Integers) -> RestProgram:
@@ -120,24 +121,20 @@ class LooseNodes:
     largest
         A large value of the goal, which is maximised. A bound far above this value counts as
         infinite. While many nodes are loose, the goal may grow without end.
-    sets
-        (S,) for each slip of the program, the number of its set of open nodes. With G sets, a
-        branch decides on G n nodes.
+
+    Attributes
+    ----------
+    shape
+        (S, n): each of the S slips of the program has a set of open nodes.
     """
 
-    def __init__(
-        self,
-        program: RestProgram,
-        nodes: Integers,
-        largest: float,
-        sets: Sequence[int] = (0,),
-    ) -> None:
+    def __init__(self, program: RestProgram, nodes: Integers, largest: float) -> None:
         question = program.question
         self._most = _MOST * largest
         if np.isfinite(largest):
             program.row("most", {program.goal: -1.0}, self._most)
         count, n, axes = len(program.start), len(nodes), question.system.tangents + 1
-        shape = count, axes, n
+        by_instant = count, axes, n
         entries = np.concatenate([nodes + axis * question.system.nodes for axis in range(axes)])
         at = np.repeat(np.arange(count), len(entries))
         of_entry = np.tile(entries, count)
@@ -155,15 +152,15 @@ class LooseNodes:
         if np.isfinite(largest):
             self._far = max(FAR, self._most / self._unit)
         # The places of the own motions among the unknowns. The lifts are last.
-        self._own = np.arange(len(self._arrays.cost))[program.named["own"]].reshape(shape)
-        self._set = np.asarray(sets)[program.response_of]  # number of the set of each instant
+        self._own = np.arange(len(self._arrays.cost))[program.named["own"]].reshape(by_instant)
+        self._set = program.response_of  # number of the set of each instant
         # At the first instant of each slip, loose nodes have no own slip: there, the common slip is
         # their slip.
-        self._first = [int((program.response_of == slip).argmax()) for slip in range(len(sets))]
-        self.size = (max(sets) + 1) * n
+        self.shape = len(program.questions), n
+        self._first = [int((self._set == number).argmax()) for number in range(self.shape[0])]
         of_forces, self._node = self._rows_of_nodes(program, forces, nodes)
         # The places of the forces among the rows. The normal forces are last.
-        self._forces = of_forces.reshape(shape)
+        self._forces = of_forces.reshape(by_instant)
         # A linear program is kept in HiGHS, where only its bounds change.
         is_linear = self._arrays.sizes.max(initial=1) == 1
         self._warm = WarmProgram(self._arrays) if is_linear else None
@@ -195,14 +192,11 @@ class LooseNodes:
 
         A solver may stop once it has proven that the bound is not above the value `above`.
         """
-        n = self._own.shape[-1]
-        closes = branch.closes.reshape(-1, n)[self._set]
-        opens = branch.opens.reshape(-1, n)[self._set]
         still = np.zeros(len(self._arrays.cost), dtype=bool)
-        still[self._own] = closes[:, None]
+        still[self._own] = branch.closes[self._set][:, None]
         still[self._own[self._first, :-1]] = True
         zero = np.zeros(len(self._matrix), dtype=bool)
-        zero[self._forces] = opens[:, None]
+        zero[self._forces] = branch.opens[self._set][:, None]
         zero[: self._arrays.zero] = True
         outcome = ""
         if self._warm is not None:
@@ -228,11 +222,11 @@ class LooseNodes:
         """A bound, with the largest motions and pressures of loose nodes in a solution."""
         rows = self._forces[:, -1]
         pressures = np.abs(self._arrays.right[rows] - self._matrix[rows] @ x)
-        motion = np.zeros((self.size // rows.shape[1], rows.shape[1]))
+        motion = np.zeros(self.shape)
         pressure = np.zeros_like(motion)
         np.maximum.at(motion, self._set, np.abs(x[self._own]).max(axis=1))
         np.maximum.at(pressure, self._set, pressures)
-        return Relaxed(bound, motion.ravel(), pressure.ravel())
+        return Relaxed(bound, (motion, pressure))
 
     def _unbalanced(self, cost: Array, y: Array, still: Booleans) -> Array:
         """(X,) the errors with which the multipliers of the rows balance a cost.
@@ -270,27 +264,19 @@ class LooseNodes:
         Open nodes have no force, so their rows need no cone.
         """
         arrays, matrix = self._arrays, self._matrix
+        # The rows that are left: first the linear rows, then the cones.
         left = ~zero & ~np.isin(self._node, np.flatnonzero(branch.opens))
         left[self._forces] = False
-        of_cones = np.arange(len(left)) >= arrays.linear
-        rows = [np.flatnonzero(part) for part in (zero, left & ~of_cones, left & of_cones)]
         lifts = self._own[:, -1].ravel()
         above_zero = -np.eye(len(still))[lifts[~still[lifts]]]
-        parts = [matrix[rows[0]], above_zero, matrix[rows[1]], matrix[rows[2]]]
-        right = [
-            arrays.right[rows[0]],
-            np.zeros(len(above_zero)),
-            *map(arrays.right.take, rows[1:]),
-        ]
-        of_left = arrays.sizes[left[arrays.heads] & (arrays.sizes > 1)]
-        sizes = [np.ones(len(above_zero) + len(rows[1]), dtype=int), of_left]
+        count, zeros = len(above_zero), int(zero.sum())
         program = Arrays(
-            sparse=csr_array(np.vstack(parts)[:, ~still]),
+            sparse=csr_array(np.vstack([matrix[zero], above_zero, matrix[left]])[:, ~still]),
             block=np.zeros((0, int((~still).sum()))),
-            right=np.concatenate(right),
+            right=np.r_[arrays.right[zero], np.zeros(count), arrays.right[left]],
             cost=arrays.cost[~still],
-            zero=len(rows[0]),
-            sizes=np.concatenate(sizes),
+            zero=zeros,
+            sizes=np.r_[np.ones(count, dtype=int), arrays.sizes[left[arrays.heads]]],
         )
         x, y = np.zeros(len(still)), np.zeros(len(left))
         for name in solver_order(None, SOCP):
@@ -298,8 +284,7 @@ class LooseNodes:
             if outcome in (OPTIMAL, INFEASIBLE):
                 x[~still] = moved
                 multipliers = program.admissible(multipliers)
-                of_lifts = slice(program.zero, program.zero + len(above_zero))
-                y[np.concatenate(rows)] = np.delete(multipliers, of_lifts)
+                y[zero], y[left] = multipliers[:zeros], multipliers[zeros + count :]
                 break
         return outcome, x, y
 
@@ -314,8 +299,8 @@ class Branches:
     wanted
         Function that returns the value above which a set is still of interest.
     compare
-        Function that computes the value of one set, given by its open nodes (G n,), and returns a
-        bound of this value.
+        Function that computes the value for given open nodes (S, n), and returns a bound of this
+        value.
     """
 
     def __init__(
@@ -324,7 +309,7 @@ class Branches:
         wanted: Callable[[], float],
         compare: Callable[[Booleans], float],
     ) -> None:
-        none = np.zeros(loose.size, dtype=bool)
+        none = np.zeros(loose.shape, dtype=bool)
         self.left = [Branch(none, none)]
         self._done = -np.inf
         self._loose = loose
@@ -353,15 +338,16 @@ class Branches:
             opens = branch.opens
             index = int(undecided.argmax())
             decided = not undecided.any()
-            if relaxed.motion is not None and relaxed.pressure is not None:
-                opens = np.where(undecided, relaxed.pressure <= relaxed.motion, opens)
-                between = np.where(undecided, np.minimum(relaxed.motion, relaxed.pressure), 0.0)
+            if relaxed.sizes is not None:
+                motion, pressure = relaxed.sizes
+                opens = np.where(undecided, pressure <= motion, opens)
+                between = np.where(undecided, np.minimum(motion, pressure), 0.0)
                 decided = bool(between.max() <= _DECIDED)
-                index = int(np.where(undecided, relaxed.motion * relaxed.pressure, -1.0).argmax())
+                index = int(np.where(undecided, motion * pressure, -1.0).argmax())
             if decided:
                 of_set = self._compare(opens)
                 bound = bound if undecided.any() else min(bound, of_set)
             if undecided.any() and bound > self._wanted():
-                return branch.divided(index, open_first=bool(opens[index]))
+                return branch.divided(index, open_first=bool(opens.flat[index]))
         self._done = max(self._done, bound)
         return []

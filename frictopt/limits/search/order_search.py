@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -69,17 +69,8 @@ _CYCLES = 300
 _COUNTS = 1e-9
 
 
-@dataclass(frozen=True)
-class Settled:
-    """An order of events, and where the events lie if a transient has shown the order.
-
-    `shares` are the places of the events on their segments, at `load_factor`; empty without a
-    transient.
-    """
-
-    order: Order
-    shares: tuple[float, ...] = ()
-    load_factor: float = 0.0
+# An order of events, and where its events lie at the load factor of a transient.
+Settled = tuple[Order, About]
 
 
 def settled_orders(limit: ShakedownAnswer) -> Iterator[Settled]:
@@ -170,7 +161,7 @@ def _order_of(
     order = Order(
         sets[0], tuple(nodes for *_, nodes in events), tuple(segment for segment, *_ in events)
     )
-    return Settled(order, tuple(share for _, share, _ in events), load_factor)
+    return order, About(load_factor, tuple(share for _, share, _ in events))
 
 
 # A shakedown limit.
@@ -200,7 +191,7 @@ def best_order(limits: Limits[L], best: L, enough: float) -> L:
             ):
                 pass
         while search.below(enough) and any(
-            search.gains_settled(settled) for settled in settled_orders(search.best)
+            search.gains_settled(*settled) for settled in settled_orders(search.best)
         ):
             pass
     return search.best
@@ -225,19 +216,19 @@ class _OrderSearch(Generic[L]):
 
     def gains(self, order: Order) -> bool:
         """Whether the order that a pivot gives has a higher limit; if so, it becomes the best."""
-        limit = self._higher(Settled(order))
+        limit = self._higher(order)
         if limit is None:
             return False
         self._keep(order, limit, self.best.least)
         return True
 
-    def gains_settled(self, settled: Settled) -> bool:
+    def gains_settled(self, order: Order, about: About) -> bool:
         """Whether the order that a transient shows has a higher limit. If so, it is the best one.
 
         The order does not count if its least safe load factor is above the best limit so far,
         because load factors in between may not be safe.
         """
-        limit = self._higher(settled)
+        limit = self._higher(order, about)
         if limit is None:
             return False
         least = limit.least
@@ -246,12 +237,11 @@ class _OrderSearch(Generic[L]):
                 return False
             # `least` becomes NaN if the least safe load factor of either limit is not known.
             least = float(np.minimum(least, self.best.least))
-        self._keep(settled.order, limit, least)
+        self._keep(order, limit, least)
         return True
 
-    def _higher(self, settled: Settled) -> L | None:
+    def _higher(self, order: Order, about: About | None = None) -> L | None:
         """The limit of an order, if the order is new and its limit is the highest so far."""
-        order = settled.order
         if not order.events and len(order.start) == self._question.system.nodes:
             return None  # no node ever touches: see `best_open_set`
         if order in self._tried or len(self._tried) >= self._programs:
@@ -267,7 +257,7 @@ class _OrderSearch(Generic[L]):
             if question is None:
                 return None
             if order.events:
-                limit = _limit_of(self._limits.of_order, question, settled, above)
+                limit = _limit_of(self._limits.of_order, question, about, above)
             else:
                 limit = self._limits.of_set(question.sets[0], above=above)
             if limit.load_factor > above:
@@ -376,8 +366,8 @@ def _between_ends(limits: Limits[L], best: L, enough: float, path: LoadPath) -> 
         order = found._question.order
         with_corners = with_order(question, order)
         assert with_corners is not None  # the order has a limit between the ends
-        settled = Settled(order, found._question.shares, found.load_factor)
-        limit = _limit_of(limits.of_order, with_corners, settled, -np.inf)
+        about = About(found.load_factor, found._question.shares)
+        limit = _limit_of(limits.of_order, with_corners, about, -np.inf)
     elif (found.open == best.open).all():
         return best
     else:
@@ -388,32 +378,33 @@ def _between_ends(limits: Limits[L], best: L, enough: float, path: LoadPath) -> 
 
 
 def _limit_of(
-    limit_of_order: Callable[..., L], question: LiftOff, settled: Settled, above: float
+    limit_of_order: Callable[..., L], question: LiftOff, about: About | None, above: float
 ) -> L:
     """The limit of an order; SolverError if it is proven to be at most `above`.
 
-    If the load passes through the mean load on a line, all smaller load factors are safe. Else a
-    second program gives the least safe load factor, unless the order comes from a pivot.
+    `about` says where a transient shows the events; None if the order comes from a pivot. If the
+    load passes through the mean load on a line, all smaller load factors are safe. Else a second
+    program gives the least safe load factor, unless the order comes from a pivot.
     """
     if question.both_vary:
-        return _limit_of_products(limit_of_order, question, settled)
+        assert about is not None  # there are no pivots if fixed parts differ
+        return _limit_of_products(limit_of_order, question, about)
     program = ordered_program(question)
     limit = limit_of_order(question, program, 1.0, above)
     if meets_mean_load(question, question.path):
         return replace(limit, least=0.0)
-    if not settled.shares:
+    if about is None:
         return limit
     return replace(limit, least=limit_of_order(question, program, -1.0).load_factor)
 
 
-def _limit_of_products(limit_of_order: Callable[..., L], question: LiftOff, settled: Settled) -> L:
+def _limit_of_products(limit_of_order: Callable[..., L], question: LiftOff, about: About) -> L:
     """The limit of an order whose program has products of the load factor and places.
 
     The program is linearised about the last solution and solved again, until the solution no longer
     changes. The solution obeys the contact law. It has no bound, and the least safe load factor is
     not known.
     """
-    about = About(settled.load_factor, settled.shares)
     for _ in range(_LINEARISED):
         program = ordered_program(question, about=about)
         judged, _ = solve(program, _judged)

@@ -14,6 +14,7 @@ behind it. Each limit passes the usual checks.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Generic, TypeVar
 
@@ -27,20 +28,18 @@ from ...base import (
     Integers,
     progress_bar,
 )
-from ...contact import reactions
 from ...errors import FrictoptError, SolverError
-from ...transients.statics import note_balanced
 from ..answers.shakedown_answer import Searched, ShakedownAnswer
 from ..program.question import Question, with_open
 from ..program.solution import NotAbove
 from .likely_sets import (
-    FRICTIONS,
     GAIN,
     PROGRAMS,
     WORK,
     governing,
     motion_of,
     next_to,
+    open_under_mean,
     settled_sets,
     tends_to_open,
 )
@@ -214,7 +213,7 @@ class _SetSearch(Generic[L]):
 
         def bound_of(opens: Booleans) -> float:
             open_nodes = fixed.copy()
-            open_nodes[nodes] = opens
+            open_nodes[nodes] = opens[0]
             self.limit(open_nodes, self._above)
             return self._bounds[open_nodes.tobytes()]
 
@@ -236,9 +235,9 @@ class _SetSearch(Generic[L]):
 
     def from_mean_load(self) -> None:
         """Try the sets that the mean load opens, so that the search begins near them."""
-        question = self._closed._question
-        for opened in settled_sets(question, False, True, FRICTIONS[:1]):
-            self._neighbour(opened)
+        with suppress(SolverError):
+            for opened in open_under_mean(self._closed._question):
+                self._neighbour(opened)
 
     def locally(self) -> None:
         """Search near the nodes that the mean load opens, and near the nodes that govern.
@@ -250,10 +249,6 @@ class _SetSearch(Generic[L]):
         question = closed._question
         moves = not question.static and self._goes_on() and _counts(closed, self._start_by)
         tending = moves and bool(tends_to_open(closed).any())
-        if not question.fixed and question.violation(0.0, closed.slip) <= RESIDUAL:
-            # This saves a search for motions of bodies, which would factorise the stiffness.
-            mean = reactions(question.system, [question.cycle.mean])[0]
-            note_balanced(question.system, question.friction, mean)
         self._climb(closed)
         if tending or not question.settles_closed:
             safe = _counts(self.best, self._start_by)
