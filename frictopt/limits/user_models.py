@@ -182,7 +182,7 @@ class SafeModel:
 
 
 class ShakedownModel(SafeModel):
-    """The shakedown limit of one system for any friction and loads, compiled once.
+    """The shakedown limit of one system for any friction and loads, posed once.
 
     Theory, eq. (7).
 

@@ -247,14 +247,13 @@ class PathPiece:
         return np.asarray(self.place[0] / (load_factor or 1.0) + self.place[1])
 
     def loads(self, at_zero: Array, scaled: Array) -> Array:
-        """(2, M, ...) loads at the instants, from loads (1 or K, ...) and (K, ...) at the corners.
+        """(2, M, ...) loads at the instants, from loads (K, ...) and (K, ...) at the corners.
 
         If places of events change with the load factor, the loads at load factor 0 have to be the
         same at all corners.
         """
         shape = (2, -1, *[1] * (scaled.ndim - 1))
         constant, rate = self.place.reshape(shape)
-        at_zero = np.broadcast_to(at_zero, scaled.shape)
         last = (self.segment + 1) % len(scaled)
         held = at_zero[last] - at_zero[self.segment]
         change = scaled[last] - scaled[self.segment]

@@ -616,14 +616,15 @@ def _symmetric_entry(S, row, row_weight, column, column_weight):
 
 
 @in_place
-def follow(S, f, bonded, ahead, state, active, proof, force, stiffness, start, last, stops):
+def follow(S, f, bonded, ahead, state, active, proof, force, stiffness, start, last, stops, most):
     """Follow the path while the bonded reactions (2N,) change from `bonded` to `ahead`.
 
     The path begins at the time `start`, from 0 to 1 on the segment. `state`, `active` and `proof`
     are changed in place; `force` (N,) is the scale of the nodal forces, and `stiffness` the scale
     of S. `last` is where the path stopped before, or `BEGIN`: if it continues within the segment,
     the statuses already agree with the rates; from an event, the rates are known, too. If it
-    `stops`, it does so at each event. Returns where it stopped, and the time.
+    `stops`, it does so at each event. It stalls after `most` events. Returns where it stopped, and
+    the time.
     """
     load_rate, time = state.load_rate, start
     for k in range(len(load_rate)):
@@ -634,7 +635,7 @@ def follow(S, f, bonded, ahead, state, active, proof, force, stiffness, start, l
         _begin(S, f, state, active)
     settled = last != BEGIN or not _is_driven(load_rate, force)
     known = last == EVENT
-    for event in range(1000 + 200 * len(f)):
+    for event in range(most):
         if not known:
             look(f, state, force)
             if settled:
@@ -797,4 +798,4 @@ def compiled() -> None:
     state = new_state(np.zeros(2), np.array([0.0, 1.0]), np.zeros(1))
     active, proof = new_active_set(1), new_active_set(1)
     with notice_of_compilation():
-        follow(S, f, load, load, state, active, proof, np.ones(1), 1.0, 0.0, BEGIN, False)
+        follow(S, f, load, load, state, active, proof, np.ones(1), 1.0, 0.0, BEGIN, False, 1)

@@ -184,6 +184,8 @@ class ExactPath(Transient):
         NoContinuation if at some load no rates obey the law, or several do.
         """
         code, time = BEGIN, 0.0
+        # Number of the event after which the statuses seem to change without end.
+        most = self.events + 1000 + 200 * self.nodes
         # Times and statuses of the rate problems on this segment.
         seen: set[tuple[float, bytes]] = set()
         while code != DONE:
@@ -200,6 +202,7 @@ class ExactPath(Transient):
                 time,
                 code,
                 self._records,
+                most - self.state.trace[EVENTS],
             )
             if code == STALLED:
                 raise NoContinuation(
