@@ -9,6 +9,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
+from skfem import MeshHex1, MeshQuad1
 
 from ..base import (
     COUNTS,
@@ -36,6 +37,7 @@ from .elasticity import (
     in_space,
 )
 from .loads import Expansion
+from .mixed import MIXED
 from .rigid import Glued
 from .sector import on_seam
 from .supports import Seam
@@ -224,7 +226,11 @@ def in_meshio(mesh: Any) -> Any:
     from skfem.io.meshio import to_meshio
 
     points = mesh.p.T
-    whole = to_meshio(mesh, encode_cell_data=False)
+    plain = mesh
+    if isinstance(mesh, MIXED):
+        # VTK takes hexahedra and quadrilaterals with corners that coincide, too.
+        plain = (MeshQuad1 if mesh.dim() == 2 else MeshHex1)(mesh.p, mesh.t)
+    whole = to_meshio(plain, encode_cell_data=False)
     whole.points = in_space(points)
     cells = whole.cells[0].data
     arms = _ARMS[whole.cells[0].type.rstrip("0123456789")]

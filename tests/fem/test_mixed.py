@@ -150,6 +150,21 @@ def test_wedges_of_scikit_fem_are_bodies():
     assert sorted(parts["a"].mesh.boundaries) == ["b"]
 
 
+def test_grids_have_the_volumes_of_all_shapes(mixed):
+    block = MeshHex.init_tensor(np.array([4.0, 5.0]), *[np.array([0.0, 1.5])] * 2)
+    block = block.with_boundaries({"left": lambda x: x[0] == 4, "right": lambda x: x[0] == 5})
+    model = fo.fem.ContactModel(
+        {"a": fo.fem.Body(mixed), "b": fo.fem.Body(block)},
+        [fo.fem.Support("a", "left")],
+        {"t": [fo.fem.Traction("b", "right", x=0.7)]},
+        [fo.fem.Contact("a", "b", "right", "left")],
+    )
+    fields = model.recover({"t": 1.0}, np.zeros(model.condense().slip_shape))
+    for grids in (model.grids(), model.grids(fields)):
+        volumes = grids["a"].compute_cell_sizes()["Volume"]
+        assert volumes.min() > 0 and volumes.sum() == pytest.approx(4 * 1.5 * 1.5)
+
+
 def test_bad_wedges_are_refused():
     flat = MeshWedge1().p.copy()
     flat[2] = 0.0
