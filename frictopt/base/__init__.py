@@ -21,6 +21,7 @@ from .checks import (
     Array,
     Booleans,
     Integers,
+    Loads,
     PerNode,
     check_entries,
     check_text,

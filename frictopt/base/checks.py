@@ -47,6 +47,7 @@ LARGEST_SEED = 2**63 - 1
 
 Array: TypeAlias = NDArray[np.float64]
 PerNode: TypeAlias = ArrayLike | Mapping[str, float]
+Loads: TypeAlias = Mapping[str, float]  # load case name -> amplitude
 Names: TypeAlias = NDArray[np.str_]
 Booleans: TypeAlias = NDArray[np.bool_]
 Integers: TypeAlias = NDArray[np.intp]
@@ -322,7 +323,7 @@ def checked_cases(name: str, cases: object, meaning: str) -> Mapping[str, Any]:
     return cases
 
 
-def checked_loads(name: str, loads: object) -> Mapping[str, float]:
+def checked_loads(name: str, loads: object) -> Loads:
     """Check a sum of load cases, name -> finite amplitude; returns it read-only."""
     cases = checked_cases(name, loads, "amplitude")
     return MappingProxyType(

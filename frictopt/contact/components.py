@@ -1,10 +1,10 @@
 """The order of vectors of all nodes and load cases, places along contacts, rigid displacements."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from ..base import SAME_POINT, Array, runs
+from ..base import SAME_POINT, Array, Loads, runs
 from ..base.checks import Names
 from ..errors import ModelError
 
@@ -34,9 +34,7 @@ def parted(r: Array, axes: int) -> tuple[Array, Array]:
     return tangential, normal
 
 
-def amplitudes_of(
-    loads: Sequence[Mapping[str, float]], cases: Iterable[str] | None = None
-) -> Array:
+def amplitudes_of(loads: Sequence[Loads], cases: Iterable[str] | None = None) -> Array:
     """(K, cases) amplitudes of some load cases in K loads; None: of all that the loads have."""
     if cases is None:
         cases = sorted({case for load in loads for case in load})

@@ -15,6 +15,7 @@ import numpy as np
 from ..base import (
     ROUNDING,
     Array,
+    Loads,
     Table,
     checked_loads,
     finite_number,
@@ -78,9 +79,9 @@ class LoadCycle:
     ({'P': 0.5, 'Q': 0.1}, {'P': 1.5, 'Q': 0.1})
     """
 
-    mean: Mapping[str, float]
-    corners: Sequence[Mapping[str, float]]
-    fixed: Sequence[Mapping[str, float]] | None = None
+    mean: Loads
+    corners: Sequence[Loads]
+    fixed: Sequence[Loads] | None = None
     times: Sequence[object] | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
@@ -137,7 +138,7 @@ class LoadCycle:
         return tuple(names)
 
     @property
-    def unscaled(self) -> tuple[Mapping[str, float], ...]:
+    def unscaled(self) -> tuple[Loads, ...]:
         """The loads that the load factor does not scale: `mean + fixed[k]` at the K corners.
 
         Without a fixed part it is the mean load, once.
@@ -146,7 +147,7 @@ class LoadCycle:
             return (self.mean,)
         return tuple(_sum(self.mean, part) for part in self.fixed)
 
-    def at(self, load_factor: float) -> tuple[Mapping[str, float], ...]:
+    def at(self, load_factor: float) -> tuple[Loads, ...]:
         """The loads at the K corners at a load factor, load case name -> amplitude."""
         unscaled = self.unscaled
         if self.fixed is None:
@@ -161,7 +162,7 @@ class LoadCycle:
         cls,
         history: Table,
         *,
-        mean: Mapping[str, float] | None = None,
+        mean: Loads | None = None,
         time: str | None = None,
         tolerance: float = 0.0,
     ) -> Self:
@@ -220,7 +221,7 @@ class LoadCycle:
         cls,
         loads: Mapping[str, float | tuple[float, float]],
         *,
-        mean: Mapping[str, float],
+        mean: Loads,
         points: int = 16,
     ) -> Self:
         """The load cycle of loads that vary as cosines of one frequency around a mean load.
@@ -275,8 +276,8 @@ class LoadCycle:
     @warns_of_odd_values
     def vertices(
         cls,
-        mean: Mapping[str, float],
-        *loads: Mapping[str, Sequence[float]] | Sequence[Mapping[str, float]],
+        mean: Loads,
+        *loads: Mapping[str, Sequence[float]] | Sequence[Loads],
     ) -> Self:
         """The vertices of a domain in which several loads vary independently, around a mean load.
 
@@ -339,7 +340,7 @@ class LoadCycle:
         return parted(reactions(system, self.corners), system.tangents + 1)
 
 
-def _checked_corners(name: str, loads: object) -> tuple[Mapping[str, float], ...]:
+def _checked_corners(name: str, loads: object) -> tuple[Loads, ...]:
     """Check a list of load corners, each load case name -> amplitude."""
     if isinstance(loads, Mapping | str) or not isinstance(loads, Sequence):
         hint = ""
@@ -379,9 +380,7 @@ def _checked_times(times: object, corners: int) -> tuple[object, ...]:
     return tuple(checked)
 
 
-def _sum(
-    load: Mapping[str, float], added: Mapping[str, float], factor: float = 1.0
-) -> dict[str, float]:
+def _sum(load: Loads, added: Loads, factor: float = 1.0) -> dict[str, float]:
     """A load plus a multiple of another one."""
     total = dict(load)
     for name, amplitude in added.items():
@@ -389,7 +388,7 @@ def _sum(
     return total
 
 
-def _amplitude_texts(loads: Mapping[str, float]) -> list[str]:
+def _amplitude_texts(loads: Loads) -> list[str]:
     """Texts such as "Q = +0.5" of the loads that are not zero up to rounding."""
     largest = max(map(abs, loads.values()), default=0.0)
     return [
@@ -399,7 +398,7 @@ def _amplitude_texts(loads: Mapping[str, float]) -> list[str]:
     ]
 
 
-def _printed(loads: Sequence[Mapping[str, float]]) -> str:
+def _printed(loads: Sequence[Loads]) -> str:
     """A list of loads as a text; a long list is cut, and its length follows."""
     # The number of loads that are printed: two independent loads have four corners.
     printed = 4

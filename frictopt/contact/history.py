@@ -10,6 +10,7 @@ import numpy as np
 from ..base import (
     Array,
     Booleans,
+    Loads,
     Table,
     checked_cases,
     checked_loads,
@@ -301,7 +302,7 @@ def independent_corners(loads: Sequence[object]) -> list[dict[str, float]]:
     return sums
 
 
-def _check_independent(parts: list[list[Mapping[str, float]]]) -> None:
+def _check_independent(parts: list[list[Loads]]) -> None:
     """Check that no load case belongs to two of the parts."""
     counts = Counter[str]()
     for part in parts:
@@ -314,7 +315,7 @@ def _check_independent(parts: list[list[Mapping[str, float]]]) -> None:
         )
 
 
-def _independent_parts(name: str, load: object) -> list[list[Mapping[str, float]]]:
+def _independent_parts(name: str, load: object) -> list[list[Loads]]:
     """The independent parts of one load: each load case of a box, or the corners of a polytope."""
     if isinstance(load, Mapping):
         box = checked_cases(name, load, "(least, most)")
@@ -329,7 +330,7 @@ def _independent_parts(name: str, load: object) -> list[list[Mapping[str, float]
     return [corners]
 
 
-def _ends_of_range(name: str, case: str, ends: object) -> list[Mapping[str, float]]:
+def _ends_of_range(name: str, case: str, ends: object) -> list[Loads]:
     """The two ends of the range of a load case, or one if they are equal."""
     low, high = finite_array(f"{name} (least, most)", ends, (2,)).tolist()
     finite_number(f"{name} most", high, least=low)

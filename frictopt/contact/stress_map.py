@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import Array, Kept, checked_cases, checked_loads, finite_array, flag, frozen
+from ..base import Array, Kept, Loads, checked_cases, checked_loads, finite_array, flag, frozen
 from ..errors import ModelError
 from .components import joined
 from .system import ContactSystem, checked_system
@@ -96,7 +96,7 @@ class StressMap(Kept):
         return len(np.asarray(self.points))
 
     def tensors(
-        self, loads: Mapping[str, float], slip: ArrayLike, gap: ArrayLike | None = None
+        self, loads: Loads, slip: ArrayLike, gap: ArrayLike | None = None
     ) -> tuple[Array, Array]:
         """(P, 3, 3) stress and strain at the points, in a state of the contact.
 
@@ -124,7 +124,7 @@ class StressMap(Kept):
         both = self.at(amplitudes, joined(slip, opening))
         return frozen(both[0]), frozen(both[1])
 
-    def at(self, loads: Mapping[str, float], motion: Array) -> Array:
+    def at(self, loads: Loads, motion: Array) -> Array:
         """(2, P, 3, 3) stress and strain under loads and a motion.
 
         The motion (M,) has the slips, then the gaps minus the initial gaps.

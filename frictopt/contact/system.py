@@ -16,6 +16,7 @@ from ..base import (
     ROUNDING,
     Array,
     Integers,
+    Loads,
     PerNode,
     Plotted,
     Shown,
@@ -377,7 +378,7 @@ class ContactSystem(Shown, Plotted):
         """(N, N) block of S: normal forces due to unit gaps."""
         return self.S[-self.nodes :, -self.nodes :]
 
-    def reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
+    def reaction(self, loads: Loads) -> tuple[Array, Array]:
         """Bonded reactions `(q^w, p^w)` under a sum of load cases, name -> amplitude.
 
         ModelError for unknown load cases or amplitudes that are not finite.
@@ -385,7 +386,7 @@ class ContactSystem(Shown, Plotted):
         bonded = reactions(self, [checked_loads("loads", loads)])[0]
         return parted(bonded, self.tangents + 1)
 
-    def closed_reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
+    def closed_reaction(self, loads: Loads) -> tuple[Array, Array]:
         """Reactions `(q, p)` with every gap pressed shut and no slip (v = w = 0)."""
         closed = joined(*self.reaction(loads)) - self.pressing_shut(self.gap)
         return parted(closed, self.tangents + 1)
@@ -758,7 +759,7 @@ def _without(sizes: Mapping[str, float], names: Mapping[str, object]) -> dict[st
     return {name: size for name, size in sizes.items() if name not in names}
 
 
-def reactions(system: ContactSystem, loads: Sequence[Mapping[str, float]]) -> Array:
+def reactions(system: ContactSystem, loads: Sequence[Loads]) -> Array:
     """(K, M) bonded reactions of K sums of load cases, ordered by component.
 
     ModelError if `system` is no contact system, or lacks a load case.

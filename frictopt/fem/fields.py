@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -15,6 +15,7 @@ from ..base import (
     SIMULTANEOUS,
     Array,
     Integers,
+    Loads,
     checked_loads,
     finite_array,
     finite_number,
@@ -39,7 +40,7 @@ class Recoverable:
 
     def recover(
         self: Any,
-        loads: Mapping[str, float] | Steady,
+        loads: Loads | Steady,
         slip: ArrayLike | None = None,
         gap: ArrayLike | None = None,
         *,
@@ -259,9 +260,7 @@ class Recoverable:
             picked[np.ix_(here, assembly.own_nodes[name])] = functions
         return csr_matrix(picked)
 
-    def _tensors_at(
-        self: Any, picked: csr_matrix, u: Array, loads: Sequence[Mapping[str, float]]
-    ) -> Array:
+    def _tensors_at(self: Any, picked: csr_matrix, u: Array, loads: Sequence[Loads]) -> Array:
         """(n, 2, P, 3, 3) stress and strain at points under n displacements u (size, n)."""
         found = np.zeros((2, picked.shape[0], 3, 3, u.shape[1]))
         for name, nodes in self._assembly.own_nodes.items():
@@ -274,10 +273,10 @@ class Recoverable:
 
     def _state(
         self: Any,
-        loads: Mapping[str, float] | Steady,
+        loads: Loads | Steady,
         slip: ArrayLike | None,
         gap: ArrayLike | None,
-    ) -> tuple[Mapping[str, float], ArrayLike, ArrayLike | None]:
+    ) -> tuple[Loads, ArrayLike, ArrayLike | None]:
         """Amplitudes of the load cases, slip and gap of the state that `recover` is called with."""
         if isinstance(loads, Steady):
             if slip is not None or gap is not None:
@@ -302,7 +301,7 @@ class Recoverable:
         return amplitudes, slip, gap
 
     def _displacements(
-        self: Any, loads: Sequence[Mapping[str, float]], motions: Array
+        self: Any, loads: Sequence[Loads], motions: Array
     ) -> tuple[Array, Array, Array]:
         """(size, n) displacements and (d N, n) reactions under n loads and motions (d N, n).
 
@@ -335,7 +334,7 @@ class Recoverable:
         return assembly.tied @ w, reactions, assembly.whole @ w - force
 
     def _nodal_fields(
-        self: Any, name: str, u: Array, loads: Sequence[Mapping[str, float]]
+        self: Any, name: str, u: Array, loads: Sequence[Loads]
     ) -> tuple[Array, Array]:
         """(components, nodes, n) strain and stress of a body under displacements u (size, n)."""
         assembly = self._assembly

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base import Array, Shown
+from ..base import Array, Loads, Shown
 from ..base.entries import known
 from ..contact import ContactSystem, LoadCycle
 from ..contact.diagnosis import nodes_of_contacts
@@ -67,7 +67,7 @@ class Joint(Shown):
     name: str
     model: ContactModel
     thickness: float | None
-    states: Mapping[str, Mapping[str, float]]
+    states: Mapping[str, Loads]
     friction: Mapping[str, Any]
     interactions: Mapping[str, Sequence[str]]
     left_out: Sequence[str] = ()
@@ -117,8 +117,8 @@ class Joint(Shown):
 
     def cycle(
         self,
-        mean: str | Mapping[str, float] | None = None,
-        corners: Iterable[str | Mapping[str, float]] | None = None,
+        mean: str | Loads | None = None,
+        corners: Iterable[str | Loads] | None = None,
         friction: Any = None,
     ) -> LoadCycle:
         """A load cycle of the joint, from states, from load cases, or from both.
@@ -181,9 +181,7 @@ class Joint(Shown):
         bolts = {case: tight.mean[case] for case in system.bolts if case in tight.mean}
         return replace(cycle, mean={**base, **bolts})
 
-    def _change(
-        self, corner: str | Mapping[str, float], base: Mapping[str, float]
-    ) -> dict[str, float]:
+    def _change(self, corner: str | Loads, base: Loads) -> dict[str, float]:
         """The loads of a corner on top of the mean load."""
         state, change = self._loads(corner)
         if state:
@@ -197,7 +195,7 @@ class Joint(Shown):
             )
         return change
 
-    def _when_tightened(self, state: str, base: Mapping[str, float]) -> Mapping[str, float]:
+    def _when_tightened(self, state: str, base: Loads) -> Loads:
         """The loads under which the bolts of a mean load are tightened."""
         loads = base
         if state in self.locked:
@@ -222,7 +220,7 @@ class Joint(Shown):
         state = ""
         for part in given.split(","):
             name, equals, value = part.rpartition("=")
-            loads: Mapping[str, float]
+            loads: Loads
             if equals:
                 loads = {known("load case", name, self.model.loads): _number(part, value)}
             else:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ..base import CONDENSATION, ROUNDING, Array, Booleans, progress_bar
+from ..base import CONDENSATION, ROUNDING, Array, Booleans, Loads, progress_bar
 from ..contact import ContactState, ContactSystem, LoadCycle, joined, reactions
 from ..contact.components import null_space
 from ..contact.diagnosis import nodes_of_contacts
@@ -115,7 +115,7 @@ def _under_mean_load(
     motions = system.rigid_motions
     slides = motions @ null_space(motions[-system.nodes :], CONDENSATION)
 
-    def driving(loads: Mapping[str, float]) -> dict[str, float]:
+    def driving(loads: Loads) -> dict[str, float]:
         """The loads that slide a body. Slip relieves all other loads, such as preloads."""
         if not motions.size:
             return dict(loads)

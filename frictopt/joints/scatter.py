@@ -8,7 +8,16 @@ from itertools import product
 from numbers import Real
 from typing import Any
 
-from ..base import ROUNDING, Array, distribution, finite_number, is_distribution, listed, shown
+from ..base import (
+    ROUNDING,
+    Array,
+    Loads,
+    distribution,
+    finite_number,
+    is_distribution,
+    listed,
+    shown,
+)
 from ..base.checks import checked_cases, is_named
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..errors import ModelError
@@ -64,7 +73,7 @@ class Scatter:
             for factor, *amplitudes in product(self.load, *self.preload.values())
         ]
 
-    def _corner(self, friction: Array, factor: float, loads: Mapping[str, float]) -> Corner:
+    def _corner(self, friction: Array, factor: float, loads: Loads) -> Corner:
         names = list[str]()
         if len(self.frictions) > 1:
             end = "least" if friction is self.frictions[0] else "most"

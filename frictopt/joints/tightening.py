@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import root
 
-from ..base import RESIDUAL, Array, Bar, PerNode, progress_bar, warns_of_odd_values
+from ..base import RESIDUAL, Array, Bar, Loads, PerNode, progress_bar, warns_of_odd_values
 from ..contact import (
     ContactSystem,
     LoadCycle,
@@ -112,7 +112,7 @@ def _tightened(bolts: _Bolts, shares: Mapping[str, float]) -> LoadCycle:
     return bolts.loaded(answer.x)
 
 
-def _checked_shares(system: ContactSystem, mean: Mapping[str, float]) -> dict[str, float]:
+def _checked_shares(system: ContactSystem, mean: Loads) -> dict[str, float]:
     """Locked bolt in the mean load -> share of its force that it is tightened to."""
     shares = {name: mean[name] for name in system.bolts if name in mean}
     if not shares:

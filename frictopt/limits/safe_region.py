@@ -21,6 +21,7 @@ from ..base import (
     Array,
     Bar,
     Booleans,
+    Loads,
     PerNode,
     Plotted,
     Recorded,
@@ -49,7 +50,7 @@ from .program.solution import Mechanism
 from .shakedown import ShakedownLimit, limit_of_any_set, limit_of_question
 
 # The corners of each of two loads, at amplitude 1.
-Corners: TypeAlias = tuple[Sequence[Mapping[str, float]], Sequence[Mapping[str, float]]]
+Corners: TypeAlias = tuple[Sequence[Loads], Sequence[Loads]]
 
 
 # One file because the rays span the region.
@@ -92,7 +93,7 @@ class Rays:
     """
 
     system: ContactSystem
-    mean: Mapping[str, float]
+    mean: Loads
     friction: Array
     names: tuple[str, str]
     parts: Corners
@@ -175,7 +176,7 @@ def checked_parts(loads: Sequence[Any]) -> tuple[tuple[str, str], Corners]:
     return (first[0], second[0]), (first[1], second[1])
 
 
-def _checked_part(argument: str, load: Any) -> tuple[str, list[Mapping[str, float]]]:
+def _checked_part(argument: str, load: Any) -> tuple[str, list[Loads]]:
     """Name of one load, and its corners at amplitude 1. Their hull contains zero."""
     if isinstance(load, str):
         check_name(argument, load)
@@ -193,7 +194,7 @@ def _checked_part(argument: str, load: Any) -> tuple[str, list[Mapping[str, floa
     return " ".join(sorted(cases)), [{}, *corners]
 
 
-def domain(mean: Mapping[str, float], parts: Corners, amplitudes: tuple[float, float]) -> LoadCycle:
+def domain(mean: Loads, parts: Corners, amplitudes: tuple[float, float]) -> LoadCycle:
     """Cycle through the vertices of the domain, in which each load varies within its hull."""
     scaled = [
         [{case: factor * amplitude for case, amplitude in corner.items()} for corner in part]
@@ -297,7 +298,7 @@ class SafeRegion(Recorded, Plotted):
     gap: float
     reason: str
     record: SolveRecord
-    _mean: Mapping[str, float] = field(repr=False)
+    _mean: Loads = field(repr=False)
     _parts: Corners = field(repr=False)
 
     def contains(self, first: float, second: float) -> bool:
@@ -341,7 +342,7 @@ def _checked_amplitudes(first: float, second: float) -> tuple[float, float]:
 @warns_of_odd_values
 def safe_region(
     system: ContactSystem,
-    mean: Mapping[str, float],
+    mean: Loads,
     loads: Sequence[Any],
     friction: PerNode,
     *,

@@ -1,12 +1,11 @@
 """Starts of a search over residual slips: extreme slips that the contact can hold."""
 
-from collections.abc import Mapping
 from contextlib import suppress
 from functools import cached_property
 
 import numpy as np
 
-from ..base import RESIDUAL, ROUNDING, Array
+from ..base import RESIDUAL, ROUNDING, Array, Loads
 from ..contact import ContactSystem, LoadCycle, lengths, reactions
 from ..errors import ModelError, SolverError
 from ..limits import Question, guaranteed_limit, pose, shakedown_limit, with_open
@@ -75,7 +74,7 @@ class RangeStarts:
             return {}
         return {"witness of the guaranteed limit": limit.slip}
 
-    def _furthest(self, loads: Mapping[str, float], place: str) -> dict[str, Array]:
+    def _furthest(self, loads: Loads, place: str) -> dict[str, Array]:
         """The admissible slips under given loads that go furthest in each direction, each once."""
         extremes = dict[str, Array]()
         slips = self._extreme_slips(loads)
@@ -87,7 +86,7 @@ class RangeStarts:
                     extremes[f"{name}, {place}"] = slip
         return extremes
 
-    def _extreme_slips(self, loads: Mapping[str, float]) -> list[Array | None]:
+    def _extreme_slips(self, loads: Loads) -> list[Array | None]:
         """An admissible slip for each direction, first with all nodes closed; [] if none is found.
 
         If no slip is admissible with all nodes closed, the nodes that the loads leave open are

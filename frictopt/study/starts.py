@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import product
@@ -15,6 +15,7 @@ from ..base import (
     LARGEST_SEED,
     ROUNDING,
     Array,
+    Loads,
     PerNode,
     Shown,
     check_text,
@@ -353,8 +354,8 @@ class LoadStep:
     LoadStep(loads={'P': 0.3}, cyclic={'sigma': 1.0})
     """
 
-    loads: Mapping[str, float]
-    cyclic: Mapping[str, float] = field(default_factory=dict)
+    loads: Loads
+    cyclic: Loads = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         vars(self).update(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -14,6 +14,7 @@ from ..base import (
     ROUNDING,
     Array,
     Booleans,
+    Loads,
     PerNode,
     flag,
     frozen,
@@ -236,7 +237,7 @@ def amplitudes_at(
     cycle: LoadCycle,
     load_factor: float,
     time: Array,
-    first: Mapping[str, float],
+    first: Loads,
 ) -> Array:
     """(T, cases) amplitudes of the load cases at times from the first state on.
 

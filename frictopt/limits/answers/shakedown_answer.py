@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -16,6 +15,7 @@ from ...base import (
     Array,
     Kept,
     LimitKind,
+    Loads,
     Table,
     components,
     finite_array,
@@ -241,7 +241,7 @@ class ShakedownAnswer(Proven):
         net_motion = moves.sum(axis=0)
         rows = list[dict[str, Any]]()
 
-        def add(loads: Mapping[str, float], part: str, moves: Array, factor: float = 1.0) -> None:
+        def add(loads: Loads, part: str, moves: Array, factor: float = 1.0) -> None:
             for case, amplitude in loads.items():
                 work = float(moves.ravel() @ joined(*self.system.bonded[case]))
                 rate = factor * work if self._rated else np.nan

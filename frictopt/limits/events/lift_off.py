@@ -19,7 +19,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ...base import RESIDUAL, ROUNDING, Array, Booleans, Integers, kept, number_of, worst
+from ...base import RESIDUAL, ROUNDING, Array, Booleans, Integers, Loads, kept, number_of, worst
 from ...contact import LoadCycle
 from ..program.question import Question, outer_corners, with_open
 
@@ -397,7 +397,7 @@ def events_of(
     ]
 
 
-def _blends(corners: Sequence[Mapping[str, float]], weights: Array) -> list[dict[str, float]]:
+def _blends(corners: Sequence[Loads], weights: Array) -> list[dict[str, float]]:
     """Loads at the instants, from the loads at the corners."""
     blends = []
     for shares in weights.tolist():
