@@ -26,6 +26,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from heapq import heappop, heappush
 from itertools import count
 from typing import NamedTuple
@@ -183,13 +184,17 @@ class StressLevels:
             in_section = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(planes)])
             self._grid = np.vstack([in_section, np.eye(3)[2:]])
 
+    @cached_property
+    def wedges(self) -> bool:
+        """Whether friction wedges the bodies: then slips of any size may obey the contact law."""
+
         def judged(solution: Solution) -> Judged:
             return Judged(solution.value, solution.program.violation(solution.x))
 
-        wedge, _ = solve(wedging(slips.question), judged)
+        wedge, _ = solve(wedging(self._slips.question), judged)
         # `wedge.said` is 0 or 1: if a slip wedges the bodies, all multiples of this slip do so,
         # too.
-        self.wedges = slips.question.slip_bound is None and wedge.said > 0.5
+        return bool(self._slips.question.slip_bound is None and wedge.said > 0.5)
 
     def least(self, points: Sequence[int], agreed: float = AGREED) -> Level:
         """The least, over all slips, of the largest value of some points.
