@@ -74,8 +74,8 @@ class ContactLaw:
 
     def bound(self, p: Array) -> Array:
         """(..., N) largest shear force under normal forces p (..., N)."""
-        terms = self.slopes * p[..., None, :] + self.constants
-        return np.asarray(terms.min(axis=-2))
+        bounds = [term.slope * p + term.constant for term in self.terms]
+        return np.asarray(np.min(bounds, axis=0))
 
     @property
     def slopes(self) -> Array:
