@@ -437,7 +437,8 @@ def _root_of_margin(
         else:
             low = friction
         rate = safe.friction_rate
-        step = -safe.margin / rate if rate > 0 else np.inf
+        # Where nodes open and close, the margin may be 0 for many frictions, and its rate rounding.
+        step = -safe.margin / rate if rate * friction > RESIDUAL else np.inf
         if abs(step) <= RESIDUAL * friction or high - low <= _PROOF * friction:
             break
         inside = max(low, _SMALLEST) < friction + step < high

@@ -9,6 +9,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from ..base import (
+    RESIDUAL,
     ROUNDING,
     PerNode,
     SolveRecord,
@@ -152,7 +153,9 @@ def _with_events(limit: ShakedownLimit, load_factor: float) -> SafeSlip | None:
     """The safe slip of an order of events, searched from a limit; None if none is found."""
     limit = best_with_events(LIMITS, limit, load_factor)
     ordered = limit._question
-    if isinstance(ordered, LiftOff) and limit.least <= load_factor <= limit.load_factor:
+    # At the limit itself, rounding must not decide.
+    low, high = limit.least * (1 - RESIDUAL), limit.load_factor * (1 + RESIDUAL)
+    if isinstance(ordered, LiftOff) and low <= load_factor <= high:
         return safe_slip_of_set(ordered, load_factor)
     if isinstance(ordered, LiftOff) and np.isnan(limit.least):
         # The least load factor is not known, so the order may have no slip at `load_factor`.

@@ -26,7 +26,9 @@ from studies.validation.fuzz.sliding import KINDS, SLIDING, body, sliding_findin
 from studies.validation.fuzz.space import SPACE, space_findings
 from studies.validation.verify import verify
 
-ADVICE = r"hold|lower|try smaller|reduce|give|check|take|press|allow|differ too much|bring|or use"
+ADVICE = (
+    r"hold|lower|try smaller|reduce|give|check|take|press|allow|differ too much|bring|or use|drop"
+)
 
 
 @settings(max_examples=few(7))
