@@ -346,6 +346,7 @@ class Recoverable:
         expansions = [
             (load, np.array([amplitudes.get(case, 0.0) for amplitudes in loads]))
             for case, parts in self.loads.items()
+            if any(case in amplitudes for amplitudes in loads)
             for load in parts
             if isinstance(load, Expansion) and load.body == name
         ]

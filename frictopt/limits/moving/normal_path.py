@@ -247,7 +247,7 @@ class PathPiece:
         return np.asarray(self.place[0] / (load_factor or 1.0) + self.place[1])
 
     def loads(self, at_zero: Array, scaled: Array) -> Array:
-        """(2, M, ...) loads at the instants, from loads (K, ...) and (K, ...) at the corners.
+        """(2, M, ...) loads at the instants, from loads (K, ...) at the corners.
 
         If places of events change with the load factor, the loads at load factor 0 have to be the
         same at all corners.

@@ -468,12 +468,12 @@ def _question(
     # Open nodes carry no force. Their gaps are taken out exactly, because under a mean load of zero
     # a rounding error would be the only force.
     gap = system.gap * open_nodes
-    start = _forces(system, open_nodes, compliance, bonded[0] + system.pressing_shut(gap))
+    # Corners that do not differ at load factor 0 share one row, so that rounding cannot part them.
+    at_zero = bonded[0] if fixed else bonded[0][:1]
+    start = _forces(system, open_nodes, compliance, at_zero + system.pressing_shut(gap))
     start[:, -system.nodes :] += gap
-    if not fixed:
-        # Rounding must not make the corners differ.
-        start[:] = start[0]
     rate = _forces(system, open_nodes, compliance, bonded[1])
+    start = np.broadcast_to(start, rate.shape)
     of_closed = np.tile(~open_nodes, axes)
     q1, p1 = parted(rate * of_closed, axes)
     r0 = (start * of_closed).reshape(-1, axes, system.nodes)

@@ -187,14 +187,17 @@ class StressLevels:
     @cached_property
     def wedges(self) -> bool:
         """Whether friction wedges the bodies: then slips of any size may obey the contact law."""
+        question = self._slips.question
+        if question.slip_bound is not None:
+            return False
 
         def judged(solution: Solution) -> Judged:
             return Judged(solution.value, solution.program.violation(solution.x))
 
-        wedge, _ = solve(wedging(self._slips.question), judged)
+        wedge, _ = solve(wedging(question), judged)
         # `wedge.said` is 0 or 1: if a slip wedges the bodies, all multiples of this slip do so,
         # too.
-        return bool(self._slips.question.slip_bound is None and wedge.said > 0.5)
+        return bool(wedge.said > 0.5)
 
     def least(self, points: Sequence[int], agreed: float = AGREED) -> Level:
         """The least, over all slips, of the largest value of some points.
